@@ -3,16 +3,16 @@
 use host_tests::{has_core, has_image, prepare_images, prepare_packages};
 use picket_dsp::Effort;
 use picket_dsp::acquire::sample::{Iq, Real, Record};
-use picket_host::bench::model::Model;
-use picket_host::bench::{
+use picket_host::board::self_test;
+use picket_host::emulator::Footprint;
+use picket_host::toolchain::Target;
+use picket_lab::bench::model::Model;
+use picket_lab::bench::{
     self, CORES, Core, Count, ENGINES, Engine, How, Scope,
     equality::{self, Equality},
     locked, several, size,
     worst::{self, Worst},
 };
-use picket_host::board::self_test;
-use picket_host::emulator::Footprint;
-use picket_host::toolchain::Target;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -2,7 +2,7 @@
 
 use host_tests::figures::Document;
 use host_tests::sized;
-use picket_host::bench::{CORES, Core, LENGTHS, Row, cmsis, precision, quoted};
+use picket_lab::bench::{CORES, Core, LENGTHS, Row, cmsis, precision, quoted};
 use std::path::Path;
 
 /// The cores that it is counted on.
@@ -34,7 +34,7 @@ fn what_is_quoted_is_what_is_counted() {
         }
     }
     if write {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host/cmsis/figures.jsonl");
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../lab/cmsis/figures.jsonl");
         std::fs::write(file, lines).unwrap();
     }
 }

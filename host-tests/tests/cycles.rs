@@ -3,10 +3,10 @@
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::Real;
 use picket_dsp::config::Config;
-use picket_host::bench::CORES;
-use picket_host::bench::cycles::Clock;
-use picket_host::bench::trace::Trace;
 use picket_host::emulator::{Capture, Machine};
+use picket_lab::bench::CORES;
+use picket_lab::bench::cycles::Clock;
+use picket_lab::bench::trace::Trace;
 use picket_wire::capture::Header;
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -4,8 +4,8 @@
 use crate::signal::mean;
 use picket_dsp::{Codes, Config, Pipeline, Stamp, Tone, Usable, Verdict};
 use picket_dsp::{Iq, Real};
-use picket_host::impair::{Impairment, Setup};
 use picket_host::simulate::{Kind, codes, generator};
+use picket_lab::impair::{Impairment, Setup};
 use rayon::prelude::*;
 
 const N: usize = 1024;

@@ -2,9 +2,9 @@
 //! change what the program measures.
 
 use picket_dsp::{Codes, Iq, Real};
-use picket_host::impair::{Impairment, Setup};
 use picket_host::simulate::{Width, generator};
 use picket_host::toolchain::dependents;
+use picket_lab::impair::{Impairment, Setup};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;

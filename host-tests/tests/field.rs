@@ -1,4 +1,4 @@
-//! Sigma and verdict on records with something wrong, from the generator of `picket sweep --impair`, in the target's arithmetic.
+//! Sigma and verdict on records with something wrong, from the generator of `lab sweep --impair`, in the target's arithmetic.
 //!
 //! An overconfident answer is called good and is off by more than five sigma; a false flag is one that is right and not called
 //! good. The variable `PICKET_FIELD` says how many times as many records are drawn, and `PICKET_FIELD_SEED` another seed.
@@ -12,10 +12,10 @@ use picket_dsp::tone::fit::Reach;
 use picket_dsp::tone::sigma::bound_bins;
 use picket_dsp::tone::{Tone, Verdict};
 use picket_host::arithmetic::Arithmetic;
-use picket_host::campaign::{Campaign, Truth};
 use picket_host::estimator;
-use picket_host::impair::{Impairment, Setup};
 use picket_host::simulate::{Kind, Width, codes, generator};
+use picket_lab::campaign::{Campaign, Truth};
+use picket_lab::impair::{Impairment, Setup};
 use rayon::prelude::*;
 
 fn variable(name: &str) -> Option<u64> {

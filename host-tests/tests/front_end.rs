@@ -3,8 +3,8 @@
 
 use picket_dsp::spectrum::engine::{Engine, I32, Q15};
 use picket_dsp::{Codes, Config, Iq, Pipeline, Real, Stamp, Tone, Verdict};
-use picket_host::impair::{FRONT_END, Impairment, LIST, Setup};
 use picket_host::simulate::{Kind, codes, generator};
+use picket_lab::impair::{FRONT_END, Impairment, LIST, Setup};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;

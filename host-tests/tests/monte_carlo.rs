@@ -11,7 +11,7 @@ use picket_dsp::spectrum::bins::{Bins, Rectangular};
 use picket_dsp::spectrum::peak::{self, Band};
 use picket_dsp::tone::sigma::bound_bins;
 use picket_host::reference::Reference;
-use picket_host::report::limits::{LEVELS_DB, STATED};
+use picket_lab::report::limits::{LEVELS_DB, STATED};
 use picket_transform::{Fft, Transform, num_complex::Complex};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

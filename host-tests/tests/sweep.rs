@@ -8,7 +8,7 @@ use picket_dsp::tone::fit::Reach;
 use picket_host::arithmetic::Arithmetic;
 use picket_host::estimator::parse;
 use picket_host::simulate::{Kind, Width};
-use picket_host::sweep::{Offsets, Row, Sweep};
+use picket_lab::sweep::{Offsets, Row, Sweep};
 
 const SEED: u64 = 20260;
 

@@ -83,7 +83,7 @@ pub struct Outcome {
     pub messages: String,
     /// What it wrote to the file of results.
     pub results: Vec<u8>,
-    /// What it logged, as defmt frames (see [`log_lines`]).
+    /// What it logged, as defmt frames.
     pub log: Vec<u8>,
 }
 
@@ -321,26 +321,6 @@ fn ended(board: &Owned, end: Instant) -> Option<ExitStatus> {
             _ => return None,
         }
     }
-}
-
-/// The log of an image built with the feature `log`, line by line: the words are in its ELF file, the frames hold only
-/// numbers.
-pub fn log_lines(elf: &Path, log: &[u8]) -> Result<Vec<String>, RunError> {
-    let bytes = fs::read(elf).map_err(io_error(elf.display()))?;
-    let unreadable = |error: &dyn fmt::Display| {
-        RunError::Tool(io_error(elf.display())(io::Error::other(error.to_string())))
-    };
-    let table = defmt_decoder::Table::parse(&bytes).map_err(|error| unreadable(&error))?;
-    let table = table.ok_or_else(|| unreadable(&"the image has no log"))?;
-    let mut decoder = table.new_stream_decoder();
-    decoder.received(log);
-    let mut lines = Vec::new();
-    // The stream ends, or is cut off, where decoding does.
-    while let Ok(frame) = decoder.decode() {
-        let level = frame.level().map_or("", |level| level.as_str());
-        lines.push(format!("{level:5} {}", frame.display_message()));
-    }
-    Ok(lines)
 }
 
 /// What an image takes of the board's memories, from the sections of its ELF file.

@@ -1,9 +1,11 @@
 //! The tools as a user runs them, as one program: it is compiled and linked once.
 
+/// The program under test.
+const PROGRAM: &str = env!("CARGO_BIN_EXE_picket");
+
 mod bad;
 mod builds;
 mod calibrate;
-mod campaign;
 mod cli;
 mod demo;
 mod design;
@@ -13,23 +15,18 @@ mod explain;
 mod five;
 mod formats;
 mod house;
-mod impair;
 mod left_out;
 mod overwrite;
-mod paths;
+mod program;
 mod rates;
-mod readme;
-mod report;
 mod scenes;
 mod security;
 mod serialized;
 mod session;
 mod signals;
 mod sixty;
-mod soak;
 mod sources;
 mod speed;
 mod tones;
-mod trust;
 mod typed;
 mod unknown;

@@ -1,32 +1,15 @@
 //! Bad input through the real programs: one line on stderr that says what to do, exit code 2, nothing on stdout.
 
+pub use crate::program::{file, fresh, lines, refused, run};
 use std::fs;
-use std::path::PathBuf;
-use std::process::{Command, Output};
 
 pub const ANALYZE: &str = "analyze";
-pub const SWEEP: &str = "sweep";
 
 /// The seed of a test: `PICKET_TYPED_SEED`, or the test's own.
 pub fn seed(own: u64) -> u64 {
     let seed = std::env::var("PICKET_TYPED_SEED").map_or(own, |text| text.parse().unwrap());
     println!("PICKET_TYPED_SEED={seed}");
     seed
-}
-
-/// A file of this test's own.
-pub fn file(name: &str, bytes: &[u8]) -> String {
-    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
-    fs::write(&path, bytes).unwrap();
-    path.to_str().unwrap().to_owned()
-}
-
-/// The name of a file or folder that is not there.
-pub fn fresh(name: &str) -> String {
-    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let _ = fs::remove_dir_all(&path);
-    let _ = fs::remove_file(&path);
-    path.to_str().unwrap().to_owned()
 }
 
 pub fn wav(name: &str, spec: hound::WavSpec, frames: usize) -> String {
@@ -50,29 +33,6 @@ pub fn spec(channels: u16, bits: u16) -> hound::WavSpec {
     let sample_format =
         if bits == 33 { hound::SampleFormat::Float } else { hound::SampleFormat::Int };
     hound::WavSpec { channels, sample_rate: 8000, bits_per_sample: bits.min(32), sample_format }
-}
-
-pub fn run(command: &str, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_picket")).arg(command).args(arguments).output().unwrap()
-}
-
-#[track_caller]
-pub fn refused(command: &str, arguments: &[&str], says: &str) {
-    let output = run(command, arguments);
-    let message = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
-    assert_eq!(message.lines().count(), 1, "{arguments:?}: {message}");
-    assert!(message.starts_with("error: ") && message.contains(says), "{arguments:?}: {message}");
-    assert!(output.stdout.is_empty(), "{arguments:?} wrote {:?}", output.stdout);
-}
-
-#[track_caller]
-pub fn lines(command: &str, arguments: &[&str]) -> Vec<serde_json::Value> {
-    let output = run(command, arguments);
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments:?}: {message}");
-    let text = String::from_utf8(output.stdout).unwrap();
-    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
 #[test]
@@ -176,23 +136,6 @@ fn options_that_do_not_fit() {
     refused(ANALYZE, &[&good, "--arith", "target", "--bits", "12"], "exceed");
     refused(ANALYZE, &[&good, "--wrong"], "--wrong");
     refused(ANALYZE, &[], "required");
-    refused(SWEEP, &["--method", "least-squares"], "least-squares works on I/Q records only");
-    refused(SWEEP, &["--snr-db", "loud"], "loud");
-    refused(SWEEP, &["--n", "1000", "--arith", "target"], "N = 1000");
-    refused(SWEEP, &["--trials", "0"], "at least 1");
-    refused(SWEEP, &["--bits", "13"], "13");
-    refused(SWEEP, &["--bin", "600"], "--bin 600");
-}
-
-#[test]
-fn sweeps_in_json() {
-    let flags = ["--method", "z-rife,rife", "--snr-db", "0,20", "--trials", "20", "--json"];
-    let rows = lines(SWEEP, &flags);
-    assert_eq!(rows.len(), 5);
-    for key in "method kind n snr_db arith trials outliers rmse_bins rmse_se_bins mean_abs_bins bias_bins bound_bins ratio".split(' ') {
-        assert!(!rows[0][key].is_null(), "{key}");
-    }
-    assert_eq!(rows[4]["summary"], true);
 }
 
 /// A file of both kinds: what a method cannot take is left out, said, and told by the exit code.

@@ -257,7 +257,7 @@ fn a_full_disk_is_told() {
     let recording = path("to-a-full-disk.bin");
     fs::write(&recording, session()).unwrap();
     let replay = ["watch", "--csv", "--replay", recording.to_str().unwrap()];
-    for arguments in [&replay[..], &["sweep", "--trials", "1", "--json"], &["man"], &["help"]] {
+    for arguments in [&replay[..], &["simulate", "--help"], &["man"], &["help"]] {
         let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
         let output = Command::new(PICKET).args(arguments).stdout(full).output().unwrap();
         let message = text(&output.stderr);

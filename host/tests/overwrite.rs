@@ -24,16 +24,12 @@ fn refused(arguments: &[&str], says: &str) {
 fn a_file_that_exists_is_kept() {
     let tone = wav("kept-tone.wav", spec(1, 16), 40 * 1024);
     let recording = file("kept-session.bin", &session());
-    let folder = fresh("kept-report");
-    fs::create_dir(&folder).unwrap();
-    fs::write(Path::new(&folder).join("report.html"), "older").unwrap();
     let [svg, bin] = ["kept.svg", "kept.bin"].map(|name| file(name, b"older"));
     let exists = "exists: name another file, or replace it by --force";
-    let commands: [&[&str]; 14] = [
+    let commands: [&[&str]; 13] = [
         &["analyze", &tone, "--plot", &svg],
         &["analyze", &tone, "--track", "--plot", &svg],
         &["explain", &tone, "--block", "0", "--plot", &svg],
-        &["bench", "--plot", &svg],
         &["demo", "--scenario", "vibration", "--plot", &svg],
         &["demo", "--scenario", "drive", "--plot", &svg],
         &["demo", "--scenario", "traffic", "--plot", &svg],
@@ -50,12 +46,11 @@ fn a_file_that_exists_is_kept() {
     }
     // It is refused before a port is opened.
     refused(&["watch", "/nowhere/port", "--capture", "1", "--capture-to", &bin], exists);
-    refused(&["report", "--quick", "--out", &folder], "is not empty: name another folder");
     assert_eq!(
         (fs::read(&svg).unwrap(), fs::read(&bin).unwrap()),
         (b"older".into(), b"older".into())
     );
-    for command in [commands[0], commands[1], commands[2], commands[7], commands[8]] {
+    for command in [commands[0], commands[1], commands[2], commands[6], commands[7]] {
         let to = command.last().unwrap();
         fs::write(to, "older").unwrap();
         let output = picket(&[command, &["--force"]].concat());

@@ -56,10 +56,10 @@ const LONG: [(&str, &str); 9] = [
     ("cargo picket web --build", "host-tests/tests/web.rs builds the page"),
     ("cargo picket python", "host-tests/tests/python.rs builds the wheel"),
     ("cargo picket c --core", "host-tests/tests/c.rs builds the archives"),
-    ("cargo picket report", "tests/report.rs runs it with --quick"),
-    ("cargo picket bench", "host-tests/tests/budget.rs counts the same"),
-    ("cargo picket firmware size", "host-tests builds the images"),
-    ("cargo picket soak", "tests/soak.rs runs it for some lives"),
+    ("cargo lab report", "tests/report.rs runs it with --quick"),
+    ("cargo lab bench", "host-tests/tests/budget.rs counts the same"),
+    ("cargo lab firmware size", "host-tests builds the images"),
+    ("cargo lab soak", "tests/soak.rs runs it for some lives"),
 ];
 
 /// A command with what is shown below it.
@@ -302,8 +302,7 @@ fn the_alias_runs_the_program_in_a_clone() {
     assert!(typed(&["--version"]).contains(env!("CARGO_PKG_VERSION")));
     // No `--`, and neither cargo's help nor another command of cargo's.
     assert!(typed(&["demo", "--help"]).contains("--snr-db"));
-    assert!(typed(&["report", "--help"]).contains("--quick"));
-    assert!(typed(&["bench", "--core", "M4F", "--help"]).contains("--engine"));
+    assert!(typed(&["flash", "--board", "pico", "--help"]).contains("--dry-run"));
     let said = typed(&["watch", "--replay", "session.bin"]);
     assert!(said.contains("30 records, 0 blocks between them without one, 0 bad frames"), "{said}");
 }

@@ -1,5 +1,5 @@
 //! The smallest image of all: the frequency of real records of 1,024 samples, without a verdict. `single` is the smallest image that says
-//! whether its answers may be used; `cargo picket bench` states the sizes of both.
+//! whether its answers may be used; `cargo lab bench` states the sizes of both.
 #![no_std]
 #![no_main]
 

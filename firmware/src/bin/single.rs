@@ -1,5 +1,5 @@
 //! The smallest measurement with a verdict: real records of 1,024 samples and one default plan, without any choice at run time. The size of
-//! this image is the cost to its user; `cargo picket bench` states it.
+//! this image is the cost to its user; `cargo lab bench` states it.
 #![no_std]
 #![no_main]
 

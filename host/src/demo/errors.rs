@@ -5,7 +5,7 @@ use super::options::Scenario;
 use super::table::{Result as Row, Summary};
 use super::{DemoError, said};
 use crate::output::Output;
-use crate::report::chart::{Axis, Chart, Series, Style};
+use crate::plot::chart::{Axis, Chart, Series, Style};
 use std::path::Path;
 
 /// What the axes of an error are, the unit, and which error, truth and sigma of a row are shown.

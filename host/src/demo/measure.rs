@@ -4,11 +4,11 @@ use super::options::{Board, Options};
 use super::table::{Answer, Result as Row, Summary};
 use super::{DemoError, pico, said};
 use crate::device::{Listener, Said};
-use crate::emulator::{self, Capture, Machine, RunError};
+use crate::emulator::{Capture, Machine, RunError};
 use crate::progress;
 use crate::scenario::{self, Laser, radar};
 use crate::simulate::{Kind, Signal, generator};
-use crate::toolchain::{Firmware, Profile};
+use crate::toolchain::{Firmware, Profile, io_error};
 use picket_dsp::acquire::sample::{Iq, Real, Record};
 use picket_dsp::config::Config;
 use picket_dsp::methods::registry::Method;
@@ -16,6 +16,7 @@ use picket_dsp::pipeline::{Measurement, Outcome};
 use picket_simulator::Sensor;
 use picket_wire::capture::Header;
 use picket_wire::telemetry::Telemetry;
+use std::fs;
 use std::time::Duration;
 
 /// Samples in a block.
@@ -208,7 +209,7 @@ pub fn play_on(
     options: &Options,
     mut take: impl FnMut(Said),
 ) -> Result<Listener, RunError> {
-    let features: &[&str] = if options.log { &["mps2", "log"] } else { &["mps2"] };
+    let features: &[&str] = if options.log.is_some() { &["mps2", "log"] } else { &["mps2"] };
     let profile = Profile::Release;
     let image = Firmware { bin, target: BOARD.target(), features, profile };
     let image = image.build()?;
@@ -216,10 +217,9 @@ pub fn play_on(
     let outcome = capture.run(BOARD, &image, LIMIT, |piece| {
         listener.read(piece).into_iter().for_each(&mut take);
     })?;
-    if options.log {
-        for line in emulator::log_lines(&image, &outcome.log)? {
-            eprintln!("firmware: {line}");
-        }
+    if let Some(file) = &options.log {
+        fs::write(file, &outcome.log).map_err(io_error(file.display()))?;
+        eprintln!("the log: defmt-print -e {} <{}", image.display(), file.display());
     }
     Ok(listener)
 }

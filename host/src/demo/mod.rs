@@ -110,7 +110,7 @@ fn fits(options: &Options) -> Result<(), DemoError> {
     let drive = options.scenario == Scenario::Drive;
     let board = options.scenario == Scenario::Board;
     let own = options.method.is_some() || options.snr_db.is_some();
-    if board && (own || options.log || options.json) {
+    if board && (own || options.log.is_some() || options.json) {
         return Err(said(
             "the board's session has its own method and noise, and no log or JSON: picket watch --jsonl prints it",
         ));
@@ -131,7 +131,7 @@ fn fits(options: &Options) -> Result<(), DemoError> {
             "the Pico measures the lidar's records or a recording: use --scenario table3 or --replay",
         ));
     }
-    if pico && (options.iq || options.log || (replay && options.n != measure::N)) {
+    if pico && (options.iq || options.log.is_some() || (replay && options.n != measure::N)) {
         return Err(said("the Pico has real blocks of 1024 samples, and no log"));
     }
     if options.mixing.is_some() && options.scenario != Scenario::Radar {
@@ -156,7 +156,7 @@ fn fits(options: &Options) -> Result<(), DemoError> {
     if (drive || core) && options.method.is_some() {
         return Err(said("this scene is measured by least squares: leave --method out"));
     }
-    if core && options.log {
+    if core && options.log.is_some() {
         return Err(said("this scene is measured by the core on this machine, which has no log"));
     }
     if options.versus.is_some() && options.scenario != Scenario::Table3 {

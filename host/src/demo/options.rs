@@ -98,9 +98,9 @@ pub struct Options {
     #[command(flatten)]
     pub output: Output,
 
-    /// Show the firmware's log on stderr
-    #[arg(long)]
-    pub log: bool,
+    /// Writes the firmware's log to this file, as defmt's frames: `defmt-print` reads them
+    #[arg(long, value_name = "FILE")]
+    pub log: Option<PathBuf>,
 
     /// One JSON object a line
     #[arg(long)]

@@ -6,7 +6,7 @@ use super::measure::N;
 use super::options::Options;
 use super::{DemoError, said, shown};
 use crate::output::Output;
-use crate::report::chart::{Axis, Chart, Series, Style};
+use crate::plot::chart::{Axis, Chart, Series, Style};
 use crate::scenario::lidar;
 use crate::scenario::traffic::{self as scene, ACCELERATION, CYCLE_S, CYCLES, Car};
 use crate::simulate::generator;

@@ -5,7 +5,7 @@ use super::measure::N;
 use super::options::Options;
 use super::{DemoError, said, shown};
 use crate::output::Output;
-use crate::report::chart::{Axis, Chart, Series, Style};
+use crate::plot::chart::{Axis, Chart, Series, Style};
 use crate::scenario::vibration::{self as plate, CYCLES, SWING_HZ, SWING_M};
 use crate::simulate::generator;
 use picket_dsp::solve::chirp::Mixing;

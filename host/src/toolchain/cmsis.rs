@@ -65,7 +65,7 @@ fn options(target: Target) -> Option<(&'static [&'static str], [u32; 2])> {
     }
 }
 
-/// Builds the program `host/cmsis/bench.c` for records of `n` samples, which lie `header` bytes into the capture, by one of
+/// Builds the program `lab/cmsis/bench.c` for records of `n` samples, which lie `header` bytes into the capture, by one of
 /// the library's kinds of numbers: `Q15`, `Q31` or `F32`. `None` for a core that the library's figures are not counted on.
 ///
 /// # Errors
@@ -82,7 +82,7 @@ pub fn cmsis(
     let _lock = locked(&home.join("build.lock"))?;
     let compiler = compiler()?;
     let library = sources(&home)?;
-    let own = super::workspace().join("host/cmsis");
+    let own = super::workspace().join("lab/cmsis");
     let gcc = || {
         let mut command = Command::new(&compiler);
         command.args(core).args([

@@ -69,7 +69,7 @@ impl std::error::Error for ToolError {
 }
 
 /// Attaches the name of a file or program to the system's answer.
-pub(crate) fn io_error(what: impl fmt::Display) -> impl FnOnce(io::Error) -> ToolError {
+pub fn io_error(what: impl fmt::Display) -> impl FnOnce(io::Error) -> ToolError {
     move |source| ToolError::Io { what: what.to_string(), source }
 }
 

@@ -22,7 +22,7 @@ mod route;
 pub use apt::agree;
 pub use cmsis::cmsis;
 pub use dependent::Dependent;
-pub(crate) use error::io_error;
+pub use error::io_error;
 pub use error::{ToolError, lacks_packages};
 pub use image::{Firmware, lint, prepare};
 pub use node::node;

@@ -9,7 +9,7 @@ pub mod flow;
 pub mod random;
 #[path = "../../src/row.rs"]
 pub mod row;
-#[path = "../../../host/src/explain/rows.rs"]
+#[path = "../../../host/measure/src/explain/rows.rs"]
 pub mod rows;
 #[path = "../../../host/src/design/sheet.rs"]
 pub mod sheet;

@@ -7,7 +7,7 @@ use crate::demo::options::Options;
 use crate::demo::table::table;
 use crate::demo::{DemoError, said};
 use crate::output::Output;
-use crate::report::chart::{Axis, Chart, Series, Style};
+use crate::plot::chart::{Axis, Chart, Series, Style};
 use crate::scenario::drive::{CYCLE_S, CYCLES, Scene};
 use comfy_table::{Cell, CellAlignment};
 use picket_dsp::tone::Verdict;

@@ -1,0 +1,6 @@
+//! Plots as SVG and PNG.
+
+pub mod axis;
+pub mod chart;
+pub mod field;
+pub mod picture;

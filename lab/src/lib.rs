@@ -1,0 +1,19 @@
+//! The program `lab`, for developers: benchmarks on emulated cores, campaigns, the papers' figures.
+
+#[macro_use]
+extern crate picket_measure;
+
+pub mod bench;
+pub mod campaign;
+pub mod cli;
+pub mod firmware;
+pub mod impair;
+pub mod report;
+pub mod soak;
+pub mod sweep;
+
+use picket_host::{board, demo, device, emulator, toolchain};
+use picket_measure::{
+    analyze, arithmetic, end, estimator, output, plot, progress, reference, scenario, simulate,
+    trials,
+};
