@@ -2,7 +2,7 @@
 
 use crate::{
     analyze, bench, c, calibrate, demo, design, end, explain, firmware, flash, python, recipe,
-    report, shell, soak, sweep, toolchain, watch, web,
+    report, shell, soak, sweep, watch, web,
 };
 use clap::error::ErrorKind as Asked;
 use clap::{Arg, CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -18,9 +18,6 @@ use std::time::Duration;
 #[derive(Debug, Parser)]
 #[command(name = "picket", version)]
 pub struct Picket {
-    /// Missing packages are installed by apt-get, as root, without a question
-    #[arg(long, global = true)]
-    yes: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -81,10 +78,7 @@ fn told(error: impl Display) -> String {
 pub fn main() -> ExitCode {
     end::listen();
     match parsed() {
-        Ok(picket) => {
-            toolchain::agree(picket.yes);
-            picket.command.run().unwrap_or_else(fail)
-        }
+        Ok(picket) => picket.command.run().unwrap_or_else(fail),
         Err(error) => {
             match error.kind() {
                 Asked::DisplayHelp | Asked::DisplayVersion => {

@@ -2,12 +2,13 @@
 //!
 //! Two ways lead to a thumb target: the standard library that rustup installs for it, or `core`
 //! built from source by a compiler whose source is at hand (rustup's `rust-src`, or Debian's
-//! `rustc-web` and `rust-web-src`). What is missing is installed when that is allowed
-//! (`RUSTUP_AUTO_INSTALL=0` forbids rustup, installing by apt-get needs root and a yes: `--yes`, `PICKET_YES=1` or an answer on the
-//! terminal); otherwise the error names the command to type. The emulator needs no root.
+//! `rustc-web` and `rust-web-src`). Rustup adds a target that is missing, unless `RUSTUP_AUTO_INSTALL=0` forbids it; every other
+//! program that is missing is unpacked from its Debian packages into a folder of ours (`unpacked.rs`). Nothing is installed, and
+//! nobody is asked; what cannot be had is an error that names the cause and the command to type.
 
 mod apt;
 pub mod archive;
+mod cache;
 mod cmsis;
 mod dependent;
 mod error;
@@ -15,11 +16,11 @@ mod image;
 mod node;
 mod page;
 mod process;
+mod programs;
 mod python;
-mod qemu;
 mod route;
+mod unpacked;
 
-pub use apt::agree;
 pub use cmsis::cmsis;
 pub use dependent::Dependent;
 pub(crate) use error::io_error;
@@ -29,8 +30,8 @@ pub use node::node;
 pub(crate) use node::scripts;
 pub use page::{build_page, directory as page_directory};
 pub(crate) use process::on_path;
+pub use programs::{program, qemu, qemu_riscv32};
 pub use python::{build_wheel, environment};
-pub use qemu::{qemu, qemu_riscv32};
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
