@@ -9,13 +9,14 @@ use std::fs::{self, File};
 use std::io::{IsTerminal, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::OnceLock;
 use std::time::{Duration, SystemTime};
 
 /// Lists older than this are fetched anew: a package's file leaves the archive soon after its successor came.
 const FRESH: Duration = Duration::from_secs(24 * 3600);
 
 /// What apt-get says where there is no network.
-const UNREACHED: [&str; 7] = [
+const UNREACHED_WORDS: [&str; 7] = [
     "resolving",
     "Could not resolve",
     "Could not connect",
@@ -66,11 +67,18 @@ impl<'a> Apt<'a> {
         packages: &[&str],
         into: &Path,
     ) -> Result<(Vec<PathBuf>, String), String> {
+        // One look is enough: it takes its time.
+        static UNREACHED: OnceLock<String> = OnceLock::new();
+        if let Some(reason) = UNREACHED.get() {
+            return Err(reason.clone());
+        }
         let mut first = None;
         for lists in [Lists::Own, Lists::Fetched, Lists::System] {
             match self.download_by(lists, what, packages, into) {
                 Ok(had) => return Ok(had),
-                Err(reason) if reason.starts_with(NO_NETWORK) => return Err(reason),
+                Err(reason) if reason.starts_with(NO_NETWORK) => {
+                    return Err(UNREACHED.get_or_init(|| reason).clone());
+                }
                 Err(reason) => first = first.or(Some(reason)),
             }
         }
@@ -270,7 +278,7 @@ fn llvm_of(needs: &str) -> Option<String> {
 
 /// The line that says that there is no network.
 fn unreached(said: &str) -> Option<String> {
-    let line = said.lines().find(|line| UNREACHED.iter().any(|why| line.contains(why)))?;
+    let line = said.lines().find(|line| UNREACHED_WORDS.iter().any(|why| line.contains(why)))?;
     // The address is as long as a line, and says no more than its host.
     let words = line.trim_start_matches(['E', 'W', ':', ' ']);
     let words = words

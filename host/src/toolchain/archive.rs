@@ -4,7 +4,7 @@ use super::error::{ToolError, io_error};
 use super::process::{Show, capture, cargo, locked};
 use super::programs::program;
 use super::route::route;
-use super::target_dir;
+use super::{Need, target_dir};
 use object::read::archive::ArchiveFile;
 use object::{Object, ObjectSymbol};
 use std::fs;
@@ -62,10 +62,22 @@ pub const HOST: Archive = Archive { name: "host", triple: None, flags: "" };
 /// How the names of the binutils for Cortex-M begin.
 const CROSS: &str = "arm-none-eabi-";
 
+/// What the archives are sealed with.
+const BINUTILS: [&str; 3] = ["ld", "objcopy", "ar"];
+
 /// What a compiler calls by itself, and every library of C has.
 const OF_THE_SYSTEM: [&str; 4] = ["memcmp", "memcpy", "memmove", "memset"];
 
 impl Archive {
+    /// What it is built with.
+    pub fn needs(&self) -> Vec<Need> {
+        let Some(triple) = self.triple else {
+            return BINUTILS.map(Need::Program).into();
+        };
+        let binutils = ["arm-none-eabi-ld", "arm-none-eabi-objcopy", "arm-none-eabi-ar"];
+        [&[Need::Triple(triple)], &binutils.map(Need::Program)[..]].concat()
+    }
+
     /// Builds and seals the archive. Returns its file.
     ///
     /// # Errors

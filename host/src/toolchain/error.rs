@@ -8,13 +8,13 @@ use std::path::PathBuf;
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum ToolError {
-    /// A tool is missing and may not be installed from here.
+    /// A tool is missing and cannot be had from here.
     Missing {
         /// What is missing.
         what: String,
-        /// The command that installs it.
+        /// The command that mends it.
         command: String,
-        /// What went wrong when it was tried, if it was.
+        /// The cause, where it is known.
         reason: Option<String>,
     },
     /// The sources that this program was built from are gone: firmware is built from them.
@@ -37,12 +37,36 @@ pub enum ToolError {
     Unwritten(String),
 }
 
+impl ToolError {
+    /// Both, as one line: what is missing for one cause is told together. Of other errors it is the first.
+    pub(super) fn and(self, other: ToolError) -> ToolError {
+        match (self, other) {
+            (
+                ToolError::Missing { what, command, reason },
+                ToolError::Missing { what: more, command: then, reason: why },
+            ) => {
+                let command =
+                    if command == then { command } else { format!("{command} && {then}") };
+                let reason = match (reason, why) {
+                    (Some(reason), Some(why)) if reason != why => Some(format!("{reason}; {why}")),
+                    (reason, why) => reason.or(why),
+                };
+                let what = if what == more { what } else { format!("{what} and {more}") };
+                ToolError::Missing { what, command, reason }
+            }
+            (ToolError::Missing { .. }, other) => other,
+            (first, _) => first,
+        }
+    }
+}
+
 impl fmt::Display for ToolError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             ToolError::Missing { what, command, reason } => {
-                write!(f, "{what} is missing: type `{command}`")?;
-                reason.iter().try_for_each(|reason| write!(f, " ({reason})"))
+                write!(f, "{what} cannot be had")?;
+                reason.iter().try_for_each(|reason| write!(f, " ({reason})"))?;
+                write!(f, ": type `{command}`")
             }
             ToolError::Sources(place) => write!(
                 f,

@@ -19,7 +19,7 @@ pub(super) static RUST: Unpacked = Unpacked {
     ],
 };
 
-/// What others are started from their packages. A browser of another name than Debian's serves as well: see `web::browser`.
+/// The others.
 static OTHERS: [Unpacked; 9] = [
     Unpacked {
         what: "the emulator of Cortex-M",
@@ -102,6 +102,16 @@ pub fn program(name: &str) -> Result<PathBuf, ToolError> {
         Some(package) => package.program(name),
         None => Err(apt::missing(name, &[name], None)),
     }
+}
+
+/// The path of a browser that scripts can drive.
+///
+/// # Errors
+/// As [`program`].
+pub fn browser() -> Result<PathBuf, ToolError> {
+    const OTHERS: [&str; 3] = ["chromium-browser", "google-chrome", "google-chrome-stable"];
+    let other = on_path("chromium").or_else(|| OTHERS.iter().find_map(|name| on_path(name)));
+    other.map_or_else(|| program("chromium"), Ok)
 }
 
 /// The path of `qemu-system-arm`.
