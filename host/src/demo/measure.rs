@@ -287,3 +287,22 @@ fn results(truths: &[scenario::Row], answers: impl Iterator<Item = (usize, Answe
     }
     results
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_bit_or_a_lost_record_is_a_row_that_differs() {
+        let lidar = Lidar::new(None, Laser::default()).unwrap();
+        let measured = lidar.on_host(-5.0, 1, 1).unwrap();
+        let none: [usize; 0] = [];
+        assert_eq!(lidar.different(&measured, &measured), none);
+        let mut other = measured.clone();
+        other[7].tone.sigma = f32::from_bits(other[7].tone.sigma.to_bits() ^ 1);
+        assert_eq!(lidar.different(&measured, &other), [3]);
+        other.pop();
+        assert_eq!(lidar.different(&measured, &other), [3, 28]);
+        assert_eq!(lidar.different(&other[..0], &other[..0]).len(), 28);
+    }
+}

@@ -45,19 +45,37 @@ impl ToolError {
                 ToolError::Missing { what, command, reason },
                 ToolError::Missing { what: more, command: then, reason: why },
             ) => {
-                let command =
-                    if command == then { command } else { format!("{command} && {then}") };
                 let reason = match (reason, why) {
                     (Some(reason), Some(why)) if reason != why => Some(format!("{reason}; {why}")),
                     (reason, why) => reason.or(why),
                 };
-                let what = if what == more { what } else { format!("{what} and {more}") };
+                let what = together(&what, &more, ", ", usize::MAX);
+                let command = together(&command, &then, " && ", 3);
                 ToolError::Missing { what, command, reason }
             }
             (ToolError::Missing { .. }, other) => other,
             (first, _) => first,
         }
     }
+}
+
+/// Two lists as one, each entry once. Entries with the same first words, so many, are one: a command with the words of both.
+fn together(list: &str, more: &str, between: &str, words: usize) -> String {
+    let mut entries: Vec<Vec<&str>> = Vec::new();
+    for entry in list.split(between).chain(more.split(between)) {
+        let new: Vec<&str> = entry.split(' ').collect();
+        let begins = |known: &&mut Vec<&str>| known.iter().take(words).eq(new.iter().take(words));
+        match entries.iter_mut().find(begins) {
+            Some(known) => {
+                let others: Vec<&str> =
+                    new.into_iter().skip(words).filter(|word| !known.contains(word)).collect();
+                known.extend(others);
+            }
+            None => entries.push(new),
+        }
+    }
+    let entries: Vec<String> = entries.iter().map(|words| words.join(" ")).collect();
+    entries.join(between)
 }
 
 impl fmt::Display for ToolError {
@@ -104,4 +122,43 @@ pub fn lacks_packages(output: &str) -> bool {
         ["failed to download", "Could not resolve host", "Couldn't resolve host", "--offline"];
     let behind = output.contains("because --locked was passed");
     !behind && OFFLINE.iter().any(|why| output.contains(why))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn missing(what: &str, command: &str, reason: Option<&str>) -> ToolError {
+        let reason = reason.map(str::to_owned);
+        ToolError::Missing { what: what.into(), command: command.into(), reason }
+    }
+
+    #[test]
+    fn what_is_missing_is_told_together() {
+        let all = [
+            missing("Rust", "rustup target add thumbv6m-none-eabi", Some("no network")),
+            missing("Rust", "rustup target add thumbv7m-none-eabi", Some("no network")),
+            missing("an emulator", "sudo apt-get install qemu-system-arm", Some("no network")),
+            missing("a browser", "sudo apt-get install chromium", Some("no network")),
+            missing("an emulator", "sudo apt-get install qemu-system-arm", None),
+        ];
+        let ToolError::Missing { what, command, reason } =
+            all.into_iter().reduce(ToolError::and).unwrap()
+        else {
+            panic!()
+        };
+        assert_eq!(what, "Rust, an emulator, a browser");
+        assert_eq!(
+            command,
+            "rustup target add thumbv6m-none-eabi thumbv7m-none-eabi && sudo apt-get install qemu-system-arm chromium"
+        );
+        assert_eq!(reason.as_deref(), Some("no network"));
+    }
+
+    #[test]
+    fn what_is_wrong_comes_before_what_is_missing() {
+        let wrong = ToolError::Unwritten("a full disk".into());
+        let error = missing("x", "y", None).and(wrong);
+        assert!(matches!(error, ToolError::Unwritten(_)));
+    }
 }

@@ -129,3 +129,32 @@ pub fn qemu() -> Result<PathBuf, ToolError> {
 pub fn qemu_riscv32() -> Result<PathBuf, ToolError> {
     program("qemu-system-riscv32")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_program_is_in_one_package() {
+        let mut names: Vec<&str> = OTHERS
+            .iter()
+            .flat_map(|package| package.programs.iter().map(|(name, _)| *name))
+            .collect();
+        let all = names.len();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), all);
+    }
+
+    /// By name alone: it downloads several hundred megabytes.
+    #[test]
+    #[ignore = "downloads every package"]
+    fn every_program_starts_from_its_package() {
+        let packages = OTHERS.iter().chain([&RUST]);
+        let failures: Vec<String> = packages
+            .flat_map(|package| package.programs.iter().map(move |(name, _)| package.program(name)))
+            .filter_map(|program| program.err().map(|error| error.to_string()))
+            .collect();
+        assert!(failures.is_empty(), "{}", failures.join("\n"));
+    }
+}

@@ -142,9 +142,8 @@ fn sysroot(rustc: &Path) -> Option<PathBuf> {
 /// Where rustup is in use, the shorter way to mend it is rustup's.
 fn with_rustup(error: ToolError, triple: &str) -> ToolError {
     match error {
-        ToolError::Missing { what, command, reason } if on_path("rustup").is_some() => {
-            let command = format!("rustup target add {triple}` or `{command}");
-            ToolError::Missing { what, command, reason }
+        ToolError::Missing { what, reason, .. } if on_path("rustup").is_some() => {
+            ToolError::Missing { what, command: format!("rustup target add {triple}"), reason }
         }
         error => error,
     }
