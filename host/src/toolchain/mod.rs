@@ -156,13 +156,43 @@ pub fn dependents() -> PathBuf {
     workspace().join("dependents")
 }
 
-/// Cargo's own folder for what it builds: `target`.
-fn target_dir() -> PathBuf {
-    let base = std::env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
-    workspace().join(base.unwrap_or_else(|| "target".into()))
+/// Cargo's own folder for what it builds: `CARGO_TARGET_DIR`, else the one that this program was built in, else `target` in the
+/// workspace. A relative path is that of the folder that cargo was called in, which a test does not see: so the program comes first.
+fn target_dir() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let told = std::env::var_os("CARGO_TARGET_DIR").filter(|folder| !folder.is_empty());
+        let told = told.map(PathBuf::from);
+        let built = || std::env::current_exe().ok().and_then(|program| tagged(&program));
+        match told {
+            Some(folder) if folder.is_absolute() => folder,
+            Some(folder) => built().or_else(|| std::path::absolute(&folder).ok()).unwrap_or(folder),
+            None => built().unwrap_or_else(|| workspace().join("target")),
+        }
+    })
+}
+
+/// The folder around a program that cargo has marked as its own.
+fn tagged(program: &Path) -> Option<PathBuf> {
+    program.ancestors().find(|folder| folder.join("CACHEDIR.TAG").is_file()).map(Path::to_owned)
 }
 
 /// Where firmware and what belongs to it is built: `target/firmware`.
 pub fn firmware_dir() -> PathBuf {
     target_dir().join("firmware")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_program_lies_in_the_folder_that_it_was_built_in() {
+        let target = tempfile::tempdir().unwrap();
+        let program = target.path().join("debug/deps/test");
+        std::fs::create_dir_all(program.parent().unwrap()).unwrap();
+        assert_ne!(tagged(&program).as_deref(), Some(target.path()));
+        std::fs::write(target.path().join("CACHEDIR.TAG"), "").unwrap();
+        assert_eq!(tagged(&program).as_deref(), Some(target.path()));
+    }
 }

@@ -47,11 +47,8 @@ static OTHERS: [Unpacked; 9] = [
     Unpacked {
         what: "the C compiler for Cortex-M",
         folder: "gcc-arm",
-        packages: &[
-            "gcc-arm-none-eabi",
-            "libnewlib-arm-none-eabi",
-            "libstdc++-arm-none-eabi-newlib",
-        ],
+        // Without a library for C, which is eight times as large, and which CMSIS-DSP is not linked with.
+        packages: &["gcc-arm-none-eabi"],
         programs: &[
             ("arm-none-eabi-gcc", "usr/bin/arm-none-eabi-gcc"),
             ("arm-none-eabi-g++", "usr/bin/arm-none-eabi-g++"),
@@ -84,8 +81,8 @@ static OTHERS: [Unpacked; 9] = [
     Unpacked {
         what: "pkg-config",
         folder: "pkg-config",
-        packages: &["pkg-config"],
-        programs: &[("pkg-config", "usr/bin/pkg-config")],
+        packages: &["pkgconf", "pkgconf-bin"],
+        programs: &[("pkg-config", "usr/bin/pkgconf")],
     },
 ];
 

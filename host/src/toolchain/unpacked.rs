@@ -127,13 +127,8 @@ fn works(starter: &Path) -> bool {
 
 /// Starts a program from the packages with the libraries that came with it, wherever their folder is.
 fn write_starter(path: &Path, program: &str, root: &Path) -> Result<(), ToolError> {
-    // Debian keeps them in a folder of the machine's name.
-    let folders = ["lib", "usr/lib"].into_iter().flat_map(|parent| {
-        let entries = fs::read_dir(root.join(parent)).into_iter().flatten().flatten();
-        let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
-        names.filter(|name| name.contains("-linux-gnu")).map(move |name| format!("{parent}/{name}"))
-    });
-    let libraries: Vec<String> = folders.map(|folder| format!("$root/{folder}")).collect();
+    let libraries: Vec<String> =
+        libraries(root).iter().map(|folder| format!("$root/{}", folder.display())).collect();
     let libraries = libraries.join(":");
     let text = format!(
         "#!/bin/sh\n\
@@ -142,4 +137,68 @@ fn write_starter(path: &Path, program: &str, root: &Path) -> Result<(), ToolErro
     );
     fs::write(path, text).map_err(io_error(path.display()))?;
     fs::set_permissions(path, Permissions::from_mode(0o755)).map_err(io_error(path.display()))
+}
+
+/// The folders below the root that hold libraries: Debian keeps them in one of the machine's name, and those of one program in a folder in that.
+fn libraries(root: &Path) -> Vec<PathBuf> {
+    let folders = |parent: &Path| -> Vec<PathBuf> {
+        let entries = fs::read_dir(root.join(parent)).into_iter().flatten().flatten();
+        let folders = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()));
+        let mut folders: Vec<PathBuf> = folders.map(|f| parent.join(f.file_name())).collect();
+        folders.sort();
+        folders
+    };
+    let holds_some = |folder: &PathBuf| {
+        let entries = fs::read_dir(root.join(folder)).into_iter().flatten().flatten();
+        let mut names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+        names.any(|name| name.starts_with("lib") && name.contains(".so"))
+    };
+    let mut all = Vec::new();
+    for parent in ["lib", "usr/lib"] {
+        let of_the_machine = |folder: &PathBuf| folder.to_string_lossy().ends_with("-linux-gnu");
+        for folder in folders(Path::new(parent)).into_iter().filter(of_the_machine) {
+            let private = folders(&folder).into_iter().filter(holds_some);
+            let private: Vec<PathBuf> = private.collect();
+            all.push(folder);
+            all.extend(private);
+        }
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn libraries_are_found_in_their_folders() {
+        let root = tempfile::tempdir().unwrap();
+        let machine = "usr/lib/aarch64-linux-gnu";
+        for file in ["libz.so.1", "pulse/libcommon-16.so", "gconv/LATIN1.so", "empty/x"] {
+            let path = root.path().join(machine).join(file);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, "").unwrap();
+        }
+        fs::create_dir_all(root.path().join("usr/lib/llvm-22")).unwrap();
+        let expected = [machine.into(), format!("{machine}/pulse")].map(PathBuf::from);
+        assert_eq!(libraries(root.path()), expected);
+    }
+
+    /// In a folder whose name a shell would take apart, and moved after it was written.
+    #[test]
+    fn a_starter_finds_its_program_wherever_it_is() {
+        let place = tempfile::tempdir().unwrap();
+        let [first, second] = ["Bär äh $HOME", "it's; there"].map(|name| place.path().join(name));
+        fs::create_dir_all(first.join("bin")).unwrap();
+        fs::create_dir_all(first.join("root/usr/bin")).unwrap();
+        let program = first.join("root/usr/bin/tool");
+        fs::write(&program, "#!/bin/sh\ntest \"$1\" = --version\n").unwrap();
+        fs::set_permissions(&program, Permissions::from_mode(0o755)).unwrap();
+        write_starter(&first.join("bin/tool"), "usr/bin/tool", &first.join("root")).unwrap();
+        assert!(works(&first.join("bin/tool")));
+        fs::rename(&first, &second).unwrap();
+        assert!(works(&second.join("bin/tool")) && !works(&first.join("bin/tool")));
+        fs::remove_file(second.join("root/usr/bin/tool")).unwrap();
+        assert!(!works(&second.join("bin/tool")));
+    }
 }
