@@ -1,7 +1,7 @@
 //! `picket c`: the library for C and C++, as a folder that CMake, Arduino, PlatformIO and Zephyr take as it is.
 
 use crate::toolchain::archive::{Archive, HOST, M0, M3, M4, M4F, M7, M7F, M33, M33F};
-use crate::toolchain::{ToolError, io_error, workspace};
+use crate::toolchain::{Need, ToolError, have, io_error, workspace};
 use clap::{Args, ValueEnum};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -73,6 +73,8 @@ impl Core {
 /// Builds and writes the package.
 pub fn run(options: &Options) -> Result<ExitCode, ToolError> {
     let places: Vec<Places> = options.core.iter().flat_map(|core| core.places()).copied().collect();
+    let needs: Vec<Need> = places.iter().flat_map(|(archive, _)| archive.needs()).collect();
+    have(&needs)?;
     package(&places, &options.out)?;
     outln!("{}", options.out.display());
     Ok(ExitCode::SUCCESS)

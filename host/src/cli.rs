@@ -1,8 +1,7 @@
 //! The command line of `picket`: the commands, and the parsing of options. An error is one line.
 
 use crate::{
-    analyze, c, calibrate, demo, design, explain, flash, python, recipe, shell, toolchain, watch,
-    web,
+    analyze, c, calibrate, demo, design, explain, flash, python, recipe, shell, watch, web,
 };
 use clap::{Parser, Subcommand};
 use std::fmt::Display;
@@ -14,9 +13,6 @@ pub use picket_measure::cli::*;
 #[derive(Debug, Parser)]
 #[command(name = "picket", version)]
 pub struct Picket {
-    /// Missing packages are installed by apt-get, as root, without a question
-    #[arg(long, global = true)]
-    yes: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -66,7 +62,6 @@ fn told(error: impl Display) -> String {
 /// Parses the arguments and runs the command. A wrong option or an error is one line on stderr and exit code 2.
 pub fn main() -> ExitCode {
     picket_measure::cli::main("picket", "`picket demo` needs no hardware", |picket: &Picket| {
-        toolchain::agree(picket.yes);
         picket.command.run()
     })
 }

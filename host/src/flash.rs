@@ -6,7 +6,7 @@ use crate::emulator::{Footprint, RunError};
 use crate::end;
 use crate::pico;
 use crate::rates;
-use crate::toolchain::{ToolError, firmware_dir, io_error, on_path};
+use crate::toolchain::{Need, Target, ToolError, firmware_dir, have, io_error, on_path};
 use crate::watch::WatchError;
 use crate::watch::port::{Piece, Source};
 use clap::{Args, ValueEnum};
@@ -94,6 +94,7 @@ pub fn run(options: &Options) -> Result<ExitCode, FlashError> {
         _ if options.brown_out => Kind::BrownOut,
         _ => Kind::Usual,
     };
+    have(&[Need::Core(Target::M4f)])?;
     let image = build(kind)?;
     if let Some(port) = &options.listen {
         return listen(port, options.quick, image.program);
@@ -125,6 +126,7 @@ fn to_pico(options: &Options) -> Result<ExitCode, FlashError> {
     if [tracking, lines, signals, self_test, brown_out].contains(&true) {
         return Err(FlashError::NoSuchImage);
     }
+    have(&[Need::Core(Target::M0)])?;
     let image = pico::flash::build(options.usb)?;
     outln!("{image}");
     rates::pico().iter().for_each(|rates| outln!("{rates}"));

@@ -1,6 +1,6 @@
 //! `picket python`: the wheel of the module `picket_dsp`.
 
-use crate::toolchain::{ToolError, build_wheel};
+use crate::toolchain::{Need, ToolError, build_wheel, have};
 use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -15,6 +15,7 @@ pub struct Options {
 
 /// Builds the wheel and prints where it is.
 pub fn run(options: &Options) -> Result<ExitCode, ToolError> {
+    have(&[Need::Python])?;
     let wheel = build_wheel(&options.out)?;
     outln!("{}", wheel.display());
     Ok(ExitCode::SUCCESS)

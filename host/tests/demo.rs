@@ -272,7 +272,27 @@ fn the_readme_shows_what_the_demo_prints() {
     let (first, last) = shown.split_once("\n...\n").unwrap();
     assert!(trimmed.starts_with(&format!("{first}\n")), "{first}");
     assert!(trimmed.ends_with(&format!("\n{last}")), "{last}");
-    assert!(first.lines().count() >= 7 && last.lines().count() == 3);
+}
+
+/// On a machine without any tool: what this program measures by itself has been shown when the error comes.
+#[test]
+fn without_a_board_this_machine_shows_the_table() {
+    let cache = tempfile::tempdir().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_picket"));
+    command.args(["demo", "--seed", "3"]).env("PATH", "").env("XDG_CACHE_HOME", cache.path());
+    let output = command.output().unwrap();
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!((output.status.code(), errors.lines().count()), (Some(2), 1), "{errors}");
+    let alone = String::from_utf8(output.stdout).unwrap();
+    let with_board = String::from_utf8(demo(&["--seed", "3"]).stdout).unwrap();
+    let rows = |text: &str| -> Vec<String> {
+        let first =
+            |line: &&str| line.split_whitespace().next().is_some_and(|w| w.parse::<u8>().is_ok());
+        text.lines().filter(first).map(str::to_owned).collect()
+    };
+    // The rows, and the line that counts them.
+    assert_eq!(rows(&alone).len(), 29, "{alone}");
+    assert_eq!(rows(&alone), rows(&with_board));
 }
 
 /// Two seeds and two methods: what the firmware answers is what the pipeline answers on this machine, to the last bit.

@@ -1,7 +1,7 @@
 //! `lab firmware`: builds and lints the images for every core, with whatever toolchain is at hand.
 
 use crate::emulator::{Footprint, RunError};
-use crate::toolchain::{self, Firmware, Profile, Target};
+use crate::toolchain::{self, Firmware, Need, Profile, Target};
 use clap::{Args, Subcommand};
 use std::process::ExitCode;
 
@@ -55,6 +55,7 @@ const IMAGES: [(Target, &[&str], &[&str]); 13] = [
 
 /// Does the work.
 pub fn run(options: &Options) -> Result<ExitCode, RunError> {
+    toolchain::have(&IMAGES.map(|(target, ..)| Need::Core(target)))?;
     match options.work {
         Work::Clippy => clippy(),
         Work::Size => size(),

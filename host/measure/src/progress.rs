@@ -19,6 +19,15 @@ pub fn steps(what: &str) -> ProgressBar {
     bar
 }
 
+/// A bar on stderr for bytes of `what` that are downloaded, with their rate; invisible where stderr is no terminal.
+pub fn bytes(total: u64, what: &str) -> ProgressBar {
+    let template = "{msg} {wide_bar} {decimal_bytes} of {decimal_total_bytes}, {decimal_bytes_per_sec}, {eta} left";
+    let style = ProgressStyle::with_template(template).unwrap_or(ProgressStyle::default_bar());
+    let bar = ProgressBar::new(total).with_style(style).with_message(what.to_owned());
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
 /// A count on stderr, where the total is not known beforehand; invisible where stderr is no terminal.
 pub fn count(unit: &'static str) -> ProgressBar {
     let template = format!("{{human_pos}} {unit}, {{elapsed}}");

@@ -8,14 +8,15 @@ use crate::emulator::{Capture, Machine, RunError};
 use crate::progress;
 use crate::scenario::{self, Laser, radar};
 use crate::simulate::{Kind, Signal, generator};
-use crate::toolchain::{Firmware, Profile, io_error};
-use picket_dsp::acquire::sample::{Iq, Real, Record};
+use crate::toolchain::{Firmware, Need, Profile, have, io_error};
+use picket_dsp::acquire::sample::{Iq, Real, Record, Segment, Stamp};
 use picket_dsp::config::Config;
 use picket_dsp::methods::registry::Method;
-use picket_dsp::pipeline::{Measurement, Outcome};
+use picket_dsp::pipeline::{Measurement, Outcome, Pipeline};
 use picket_simulator::Sensor;
 use picket_wire::capture::Header;
 use picket_wire::telemetry::Telemetry;
+use rayon::prelude::*;
 use std::fs;
 use std::time::Duration;
 
@@ -33,13 +34,8 @@ const SPECKLED: f64 = 0.5;
 /// The lidar's rows, once for each seed.
 pub fn lidar(options: &Options) -> Result<Summary, DemoError> {
     let lidar = Lidar::new(options.method, options.laser())?;
-    let Lidar { config, ref rows, ref sensor, .. } = lidar;
-    let records = match options.board {
-        // A NUCLEO was refused before: it is for other scenes.
-        Board::Mps2 | Board::Nucleo => measured::<Real>(config, sensor, rows, options)?,
-        Board::Pico => pico::lidar(config, sensor, rows, options)?,
-    };
-    Ok(lidar.summary(records.iter().map(|record| &record.measurement), options.seeds))
+    let measurements = lidar.on_board(options)?;
+    Ok(lidar.summary(measurements.iter(), options.seeds))
 }
 
 /// The lidar's task: what is set and what is in front of it.
@@ -68,17 +64,66 @@ impl Lidar {
         Ok(Lidar { config, method, rows: scenario::table3(), sensor, bent })
     }
 
+    /// What a board measures of the rows, once for each seed.
+    pub fn on_board(&self, options: &Options) -> Result<Vec<Measurement>, DemoError> {
+        let Lidar { config, ref rows, ref sensor, .. } = *self;
+        let records = match options.board {
+            // A NUCLEO was refused before: it is for other scenes.
+            Board::Mps2 | Board::Nucleo => measured::<Real>(config, sensor, rows, options)?,
+            Board::Pico => pico::lidar(config, sensor, rows, options)?,
+        };
+        Ok(records.into_iter().map(|record| record.measurement).collect())
+    }
+
+    /// What the firmware's pipeline measures of them on this machine, from the same samples, once for each seed.
+    pub fn on_host(
+        &self,
+        snr_db: f64,
+        seed: u64,
+        seeds: u64,
+    ) -> Result<Vec<Measurement>, DemoError> {
+        let plan = self.config.plan::<Real, N>().map_err(said)?;
+        let per_seed = (self.rows.len() * self.sensor.segments()) as u32;
+        let of_seed = |index: u64| {
+            let mut pipeline = Box::new(Pipeline::<Real, N>::new(plan));
+            let seed = seed.wrapping_add(index);
+            let blocks = blocks::<Real>(&self.sensor, &self.rows, None, snr_db, seed);
+            let measured = (0u32..).zip(blocks).map(|(trial, samples)| {
+                let segment = [Segment::Up, Segment::Flat, Segment::Down][trial as usize % 3];
+                let sequence = index as u32 * per_seed + trial;
+                let stamp = Stamp { sequence, segment, ..Stamp::default() };
+                samples.as_array().map(|samples| pipeline.block(&stamp, samples))
+            });
+            measured.flatten().collect::<Vec<_>>()
+        };
+        Ok((0..seeds).into_par_iter().flat_map_iter(of_seed).collect())
+    }
+
+    /// The numbers of the rows, from 1 on, that two runs do not answer with the same bits.
+    pub fn different(&self, one: &[Measurement], other: &[Measurement]) -> Vec<usize> {
+        let segments = self.sensor.segments();
+        let row = |all: &[Measurement], row: usize| -> Vec<_> {
+            let of_row = all.iter().filter(|m| m.stamp.sequence as usize / segments == row);
+            of_row.map(|m| (m.stamp.sequence, m.clipped, m.tone, m.result)).collect()
+        };
+        let same = |&at: &usize| {
+            let answers = row(one, at);
+            answers.len() == segments && answers == row(other, at)
+        };
+        (0..self.rows.len()).filter(|at| !same(at)).map(|at| at + 1).collect()
+    }
+
     /// Truth beside measurement, for this many seeds one after the other.
     pub fn summary<'a>(
-        self,
+        &self,
         measurements: impl Iterator<Item = &'a Measurement>,
         seeds: u64,
     ) -> Summary {
         let answers = measurements.filter_map(|measurement| answer(measurement, 3));
         let rows: Vec<_> = (0..seeds).flat_map(|_| self.rows.iter().copied()).collect();
         let results = results(&rows, answers);
-        let method = self.method.name().into();
-        Summary { results, bars: scenario::LIDAR_BARS, method, mixing: None, bent: self.bent }
+        let (method, bent) = (self.method.name().into(), self.bent.clone());
+        Summary { results, bars: scenario::LIDAR_BARS, method, mixing: None, bent }
     }
 }
 
@@ -209,6 +254,7 @@ pub fn play_on(
     options: &Options,
     mut take: impl FnMut(Said),
 ) -> Result<Listener, RunError> {
+    have(&[Need::Core(BOARD.target()), Need::Emulator])?;
     let features: &[&str] = if options.log.is_some() { &["mps2", "log"] } else { &["mps2"] };
     let profile = Profile::Release;
     let image = Firmware { bin, target: BOARD.target(), features, profile };
@@ -240,4 +286,23 @@ fn results(truths: &[scenario::Row], answers: impl Iterator<Item = (usize, Answe
         }
     }
     results
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_bit_or_a_lost_record_is_a_row_that_differs() {
+        let lidar = Lidar::new(None, Laser::default()).unwrap();
+        let measured = lidar.on_host(-5.0, 1, 1).unwrap();
+        let none: [usize; 0] = [];
+        assert_eq!(lidar.different(&measured, &measured), none);
+        let mut other = measured.clone();
+        other[7].tone.sigma = f32::from_bits(other[7].tone.sigma.to_bits() ^ 1);
+        assert_eq!(lidar.different(&measured, &other), [3]);
+        other.pop();
+        assert_eq!(lidar.different(&measured, &other), [3, 28]);
+        assert_eq!(lidar.different(&other[..0], &other[..0]).len(), 28);
+    }
 }

@@ -4,6 +4,7 @@
 use super::{DemoError, said};
 use crate::board::{Beside, Board, image};
 use crate::device::Said;
+use crate::toolchain::{Need, Target, have};
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::config::{Config, Scene};
 use picket_firmware::nucleo_f446re::N;
@@ -23,6 +24,7 @@ pub struct Nucleo(Board);
 impl Nucleo {
     /// The board with a scene's configuration, in one of the image's modes.
     pub fn start(config: Config, iq: bool, mode: Mode) -> Result<Self, DemoError> {
+        have(&[Need::Core(Target::M4f), Need::Emulator]).map_err(said)?;
         let scene = match config.scene {
             Scene::Doppler { wavelength_m, angle_rad, mixing } => {
                 // An equal velocity, at a frequency that is lower by the ratio of the rates.

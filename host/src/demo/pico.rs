@@ -9,6 +9,7 @@ use crate::pico::converter::Converter;
 use crate::pico::{binary, image};
 use crate::progress;
 use crate::scenario::Row;
+use crate::toolchain::{Need, Target, have};
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::pipeline::Outcome;
 use picket_dsp::plan::Solver;
@@ -52,6 +53,7 @@ pub fn lidar(
 /// The board's record of each block of a signal about 0, in codes; none is lost.
 pub fn records(config: Config, voltages: &[f64]) -> Result<Vec<Telemetry>, DemoError> {
     let settings = settings(config)?;
+    have(&[Need::Core(Target::M0), Need::Node]).map_err(said)?;
     let elf = image().map_err(said)?;
     let mut board = Pico::plug(&binary(&elf).map_err(said)?).map_err(said)?;
     // It keeps the settings, and begins with the first sample when it is plugged in again.

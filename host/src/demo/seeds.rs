@@ -1,17 +1,15 @@
 //! The lidar's rows with many seeds: how large errors are, and whether the gross ones are known for what they are.
 
-use super::measure::{self, Lidar, N, blocks};
+use super::measure::{self, Lidar, N};
 use super::options::Options;
 use super::table::{Summary, table};
 use super::{DemoError, heading, said};
 use crate::scenario::Laser;
 use comfy_table::{Cell, CellAlignment};
-use picket_dsp::acquire::sample::{Real, Segment, Stamp};
+use picket_dsp::acquire::sample::Real;
 use picket_dsp::methods::registry::Method;
-use picket_dsp::pipeline::Pipeline;
 use picket_dsp::plan::Solver;
 use picket_dsp::tone::Verdict;
-use rayon::prelude::*;
 use serde::Serialize;
 use std::process::ExitCode;
 
@@ -97,21 +95,7 @@ fn gross_bars() -> (f64, f64) {
 /// answers have the same bits.
 pub fn on_host(method: Method, snr_db: f64, seed: u64, seeds: u64) -> Result<Summary, DemoError> {
     let lidar = Lidar::new(Some(method), Laser::default())?;
-    let plan = lidar.config.plan::<Real, N>().map_err(said)?;
-    let per_seed = (lidar.rows.len() * lidar.sensor.segments()) as u32;
-    let of_seed = |index: u64| {
-        let mut pipeline = Box::new(Pipeline::<Real, N>::new(plan));
-        let seed = seed.wrapping_add(index);
-        let blocks = blocks::<Real>(&lidar.sensor, &lidar.rows, None, snr_db, seed);
-        let measured = (0u32..).zip(blocks).map(|(trial, samples)| {
-            let segment = [Segment::Up, Segment::Flat, Segment::Down][trial as usize % 3];
-            let sequence = index as u32 * per_seed + trial;
-            let stamp = Stamp { sequence, segment, ..Stamp::default() };
-            samples.as_array().map(|samples| pipeline.block(&stamp, samples))
-        });
-        measured.flatten().collect::<Vec<_>>()
-    };
-    let measurements: Vec<_> = (0..seeds).into_par_iter().flat_map_iter(of_seed).collect();
+    let measurements = lidar.on_host(snr_db, seed, seeds)?;
     Ok(lidar.summary(measurements.iter(), seeds))
 }
 

@@ -1,10 +1,10 @@
 //! Builds the archives for C: the crate `picket-c` for a core, sealed, so that a program sees the header's symbols and no others.
 
-use super::apt;
 use super::error::{ToolError, io_error};
-use super::process::{Show, capture, cargo, locked, on_path};
+use super::process::{Show, capture, cargo, locked};
+use super::programs::program;
 use super::route::route;
-use super::target_dir;
+use super::{Need, target_dir};
 use object::read::archive::ArchiveFile;
 use object::{Object, ObjectSymbol};
 use std::fs;
@@ -59,13 +59,25 @@ pub const M33: Archive = Archive {
 /// The machine at hand.
 pub const HOST: Archive = Archive { name: "host", triple: None, flags: "" };
 
-/// Where the binutils for Cortex-M come from.
-const BINUTILS: &str = "binutils-arm-none-eabi";
+/// How the names of the binutils for Cortex-M begin.
+const CROSS: &str = "arm-none-eabi-";
+
+/// What the archives are sealed with.
+const BINUTILS: [&str; 3] = ["ld", "objcopy", "ar"];
 
 /// What a compiler calls by itself, and every library of C has.
 const OF_THE_SYSTEM: [&str; 4] = ["memcmp", "memcpy", "memmove", "memset"];
 
 impl Archive {
+    /// What it is built with.
+    pub fn needs(&self) -> Vec<Need> {
+        let Some(triple) = self.triple else {
+            return BINUTILS.map(Need::Program).into();
+        };
+        let binutils = ["arm-none-eabi-ld", "arm-none-eabi-objcopy", "arm-none-eabi-ar"];
+        [&[Need::Triple(triple)], &binutils.map(Need::Program)[..]].concat()
+    }
+
     /// Builds and seals the archive. Returns its file.
     ///
     /// # Errors
@@ -133,14 +145,9 @@ impl Archive {
 
     /// One of the binutils for this archive's machine.
     fn tool(&self, name: &str) -> Result<Command, ToolError> {
-        let (program, package) = match self.triple {
-            Some(_) => (format!("arm-none-eabi-{name}"), BINUTILS),
-            None => (name.to_owned(), "binutils"),
-        };
-        if on_path(&program).is_none() {
-            apt::install(&program, &[package])?;
-        }
-        on_path(&program).map(Command::new).ok_or_else(|| apt::missing(&program, &[package], None))
+        // Those of the machine at hand come with the C compiler, which Rust itself links by.
+        let prefix = if self.triple.is_some() { CROSS } else { "" };
+        program(&format!("{prefix}{name}")).map(Command::new)
     }
 }
 

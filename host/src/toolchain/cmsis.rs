@@ -1,9 +1,9 @@
 //! CMSIS-DSP by Arm's compiler, which its figures are counted with: its sources are those of a package on PyPI.
 
-use super::apt;
 use super::error::{ToolError, io_error};
 use super::process::Show;
-use super::process::{capture, locked, on_path};
+use super::process::{capture, locked};
+use super::programs;
 use super::{Target, target_dir};
 use crate::cli::quoted;
 use std::fs;
@@ -18,7 +18,6 @@ const ADDRESS: &str = "https://files.pythonhosted.org/packages/2c/ec/0decbb48985
 const SHA256: &str = "307d32298faa7c58db912851027fce35f886fec7eb1a27c4b309ce1a97f47519";
 
 const COMPILER: &str = "arm-none-eabi-gcc";
-const COMPILER_PACKAGE: &str = "gcc-arm-none-eabi";
 
 /// What the transforms, the magnitudes and the largest of them consist of.
 const SOURCES: [&str; 28] = [
@@ -80,7 +79,7 @@ pub fn cmsis(
     let home = target_dir().join("cmsis");
     fs::create_dir_all(&home).map_err(io_error(home.display()))?;
     let _lock = locked(&home.join("build.lock"))?;
-    let compiler = compiler()?;
+    let compiler = programs::program(COMPILER)?;
     let library = sources(&home)?;
     let own = super::workspace().join("lab/cmsis");
     let gcc = || {
@@ -132,11 +131,6 @@ fn built(command: Command, what: &str) -> Result<(), ToolError> {
         (true, _) => Ok(()),
         (false, output) => Err(ToolError::Build { bin: format!("CMSIS-DSP's {what}"), output }),
     }
-}
-
-/// The compiler, which is large: it is used where it is, and not installed.
-fn compiler() -> Result<PathBuf, ToolError> {
-    on_path(COMPILER).ok_or_else(|| apt::missing(COMPILER, &[COMPILER_PACKAGE], None))
 }
 
 /// The library's sources, fetched once.

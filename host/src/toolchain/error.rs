@@ -8,13 +8,13 @@ use std::path::PathBuf;
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum ToolError {
-    /// A tool is missing and may not be installed from here.
+    /// A tool is missing and cannot be had from here.
     Missing {
         /// What is missing.
         what: String,
-        /// The command that installs it.
+        /// The command that mends it.
         command: String,
-        /// What went wrong when it was tried, if it was.
+        /// The cause, where it is known.
         reason: Option<String>,
     },
     /// The sources that this program was built from are gone: firmware is built from them.
@@ -37,12 +37,54 @@ pub enum ToolError {
     Unwritten(String),
 }
 
+impl ToolError {
+    /// Both, as one line: what is missing for one cause is told together. Of other errors it is the first.
+    pub(super) fn and(self, other: ToolError) -> ToolError {
+        match (self, other) {
+            (
+                ToolError::Missing { what, command, reason },
+                ToolError::Missing { what: more, command: then, reason: why },
+            ) => {
+                let reason = match (reason, why) {
+                    (Some(reason), Some(why)) if reason != why => Some(format!("{reason}; {why}")),
+                    (reason, why) => reason.or(why),
+                };
+                let what = together(&what, &more, ", ", usize::MAX);
+                let command = together(&command, &then, " && ", 3);
+                ToolError::Missing { what, command, reason }
+            }
+            (ToolError::Missing { .. }, other) => other,
+            (first, _) => first,
+        }
+    }
+}
+
+/// Two lists as one, each entry once. Entries with the same first words, so many, are one: a command with the words of both.
+fn together(list: &str, more: &str, between: &str, words: usize) -> String {
+    let mut entries: Vec<Vec<&str>> = Vec::new();
+    for entry in list.split(between).chain(more.split(between)) {
+        let new: Vec<&str> = entry.split(' ').collect();
+        let begins = |known: &&mut Vec<&str>| known.iter().take(words).eq(new.iter().take(words));
+        match entries.iter_mut().find(begins) {
+            Some(known) => {
+                let others: Vec<&str> =
+                    new.into_iter().skip(words).filter(|word| !known.contains(word)).collect();
+                known.extend(others);
+            }
+            None => entries.push(new),
+        }
+    }
+    let entries: Vec<String> = entries.iter().map(|words| words.join(" ")).collect();
+    entries.join(between)
+}
+
 impl fmt::Display for ToolError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             ToolError::Missing { what, command, reason } => {
-                write!(f, "{what} is missing: type `{command}`")?;
-                reason.iter().try_for_each(|reason| write!(f, " ({reason})"))
+                write!(f, "{what} cannot be had")?;
+                reason.iter().try_for_each(|reason| write!(f, " ({reason})"))?;
+                write!(f, ": type `{command}`")
             }
             ToolError::Sources(place) => write!(
                 f,
@@ -80,4 +122,43 @@ pub fn lacks_packages(output: &str) -> bool {
         ["failed to download", "Could not resolve host", "Couldn't resolve host", "--offline"];
     let behind = output.contains("because --locked was passed");
     !behind && OFFLINE.iter().any(|why| output.contains(why))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn missing(what: &str, command: &str, reason: Option<&str>) -> ToolError {
+        let reason = reason.map(str::to_owned);
+        ToolError::Missing { what: what.into(), command: command.into(), reason }
+    }
+
+    #[test]
+    fn what_is_missing_is_told_together() {
+        let all = [
+            missing("Rust", "rustup target add thumbv6m-none-eabi", Some("no network")),
+            missing("Rust", "rustup target add thumbv7m-none-eabi", Some("no network")),
+            missing("an emulator", "sudo apt-get install qemu-system-arm", Some("no network")),
+            missing("a browser", "sudo apt-get install chromium", Some("no network")),
+            missing("an emulator", "sudo apt-get install qemu-system-arm", None),
+        ];
+        let ToolError::Missing { what, command, reason } =
+            all.into_iter().reduce(ToolError::and).unwrap()
+        else {
+            panic!()
+        };
+        assert_eq!(what, "Rust, an emulator, a browser");
+        assert_eq!(
+            command,
+            "rustup target add thumbv6m-none-eabi thumbv7m-none-eabi && sudo apt-get install qemu-system-arm chromium"
+        );
+        assert_eq!(reason.as_deref(), Some("no network"));
+    }
+
+    #[test]
+    fn what_is_wrong_comes_before_what_is_missing() {
+        let wrong = ToolError::Unwritten("a full disk".into());
+        let error = missing("x", "y", None).and(wrong);
+        assert!(matches!(error, ToolError::Unwritten(_)));
+    }
 }

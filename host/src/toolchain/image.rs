@@ -24,7 +24,7 @@ pub struct Firmware<'a> {
 }
 
 impl Firmware<'_> {
-    /// Builds the image; what is missing is installed first when that is allowed. Stderr has a bar of cargo's steps where it is
+    /// Builds the image; what is missing is downloaded first. Stderr has a bar of cargo's steps where it is
     /// a terminal, else a line where it will take long. Returns the ELF file, which no other combination of features overwrites.
     pub fn build(&self) -> Result<PathBuf, ToolError> {
         self.run(true, &[])
@@ -169,14 +169,10 @@ pub fn lint(target: Target, images: &[&str], features: &[&str]) -> Result<(), To
 
 /// The lint driver that belongs to a compiler.
 fn clippy_driver(rustc: &Path) -> Result<PathBuf, ToolError> {
-    const PACKAGE: &str = "rust-web-clippy";
     let driver = rustc.with_file_name("clippy-driver");
-    if !driver.exists() {
-        apt::install("the lint driver", &[PACKAGE])?;
-    }
     if driver.exists() {
         Ok(driver)
     } else {
-        Err(apt::missing("the lint driver", &[PACKAGE], None))
+        Err(apt::missing("the lint driver", &["rust-web-clippy"], None))
     }
 }

@@ -2,35 +2,38 @@
 //!
 //! Two ways lead to a thumb target: the standard library that rustup installs for it, or `core`
 //! built from source by a compiler whose source is at hand (rustup's `rust-src`, or Debian's
-//! `rustc-web` and `rust-web-src`). What is missing is installed when that is allowed
-//! (`RUSTUP_AUTO_INSTALL=0` forbids rustup, installing by apt-get needs root and a yes: `--yes`, `PICKET_YES=1` or an answer on the
-//! terminal); otherwise the error names the command to type. The emulator needs no root.
+//! `rustc-web` and `rust-web-src`). Rustup adds a target that is missing, unless `RUSTUP_AUTO_INSTALL=0` forbids it; every other
+//! program that is missing is unpacked from its Debian packages into a folder of ours (`unpacked.rs`). Nothing is installed, and
+//! nobody is asked; what cannot be had is an error that names the cause and the command to type.
 
 mod apt;
 pub mod archive;
+mod cache;
 mod cmsis;
 mod dependent;
 mod error;
 mod image;
+mod needs;
 mod node;
 mod page;
 mod process;
+mod programs;
 mod python;
-mod qemu;
 mod route;
+mod unpacked;
 
-pub use apt::agree;
 pub use cmsis::cmsis;
 pub use dependent::Dependent;
 pub use error::io_error;
 pub use error::{ToolError, lacks_packages};
 pub use image::{Firmware, lint, prepare};
+pub use needs::{Need, have};
 pub use node::node;
 pub(crate) use node::scripts;
 pub use page::{build_page, directory as page_directory};
 pub(crate) use process::on_path;
+pub use programs::{browser, program, qemu, qemu_riscv32};
 pub use python::{build_wheel, environment};
-pub use qemu::{qemu, qemu_riscv32};
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -153,13 +156,43 @@ pub fn dependents() -> PathBuf {
     workspace().join("dependents")
 }
 
-/// Cargo's own folder for what it builds: `target`.
-fn target_dir() -> PathBuf {
-    let base = std::env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
-    workspace().join(base.unwrap_or_else(|| "target".into()))
+/// Cargo's own folder for what it builds: `CARGO_TARGET_DIR`, else the one that this program was built in, else `target` in the
+/// workspace. A relative path is that of the folder that cargo was called in, which a test does not see: so the program comes first.
+fn target_dir() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let told = std::env::var_os("CARGO_TARGET_DIR").filter(|folder| !folder.is_empty());
+        let told = told.map(PathBuf::from);
+        let built = || std::env::current_exe().ok().and_then(|program| tagged(&program));
+        match told {
+            Some(folder) if folder.is_absolute() => folder,
+            Some(folder) => built().or_else(|| std::path::absolute(&folder).ok()).unwrap_or(folder),
+            None => built().unwrap_or_else(|| workspace().join("target")),
+        }
+    })
+}
+
+/// The folder around a program that cargo has marked as its own.
+fn tagged(program: &Path) -> Option<PathBuf> {
+    program.ancestors().find(|folder| folder.join("CACHEDIR.TAG").is_file()).map(Path::to_owned)
 }
 
 /// Where firmware and what belongs to it is built: `target/firmware`.
 pub fn firmware_dir() -> PathBuf {
     target_dir().join("firmware")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_program_lies_in_the_folder_that_it_was_built_in() {
+        let target = tempfile::tempdir().unwrap();
+        let program = target.path().join("debug/deps/test");
+        std::fs::create_dir_all(program.parent().unwrap()).unwrap();
+        assert_ne!(tagged(&program).as_deref(), Some(target.path()));
+        std::fs::write(target.path().join("CACHEDIR.TAG"), "").unwrap();
+        assert_eq!(tagged(&program).as_deref(), Some(target.path()));
+    }
 }

@@ -1,7 +1,8 @@
 //! Scripts for Node.js, each folder with one package, which npm gets once by its lock file.
 
 use super::error::{ToolError, io_error};
-use super::process::{locked, on_path};
+use super::process::locked;
+use super::programs::program;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -17,7 +18,7 @@ fn missing(what: &str, command: &str, reason: Option<String>) -> ToolError {
 /// # Errors
 /// There is none.
 pub fn node() -> Result<PathBuf, ToolError> {
-    on_path("node").ok_or_else(|| missing("node", "apt-get install nodejs npm", None))
+    program("node")
 }
 
 /// The folder of these scripts with their package, ready to run: a copy of the folder `source`, kept at `folder`.
@@ -30,10 +31,7 @@ pub(crate) fn scripts(
     package: &str,
     folder: PathBuf,
 ) -> Result<PathBuf, ToolError> {
-    node()?;
-    if on_path("npm").is_none() {
-        return Err(missing("npm", "apt-get install npm", None));
-    }
+    let npm = program("npm")?;
     fs::create_dir_all(&folder).map_err(io_error(folder.display()))?;
     let _lock = locked(&folder.join("scripts.lock"))?;
     let read = |path: PathBuf| fs::read(&path).ok();
@@ -48,7 +46,7 @@ pub(crate) fn scripts(
         }
     }
     if !installed {
-        let mut npm = Command::new("npm");
+        let mut npm = Command::new(npm);
         npm.args(["ci", "--ignore-scripts", "--no-audit", "--no-fund"]).current_dir(&folder);
         let output = npm.stdin(Stdio::null()).output().map_err(io_error("npm"))?;
         if !output.status.success() {

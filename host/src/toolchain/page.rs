@@ -7,7 +7,8 @@ use super::target_dir;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const TRIPLE: &str = "wasm32-unknown-unknown";
+/// The page's target.
+pub(super) const TRIPLE: &str = "wasm32-unknown-unknown";
 
 /// Where the page and what belongs to it is built: `target/web`.
 pub fn directory() -> PathBuf {

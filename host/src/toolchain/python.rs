@@ -14,25 +14,35 @@ const MATURIN: &str = "maturin>=1.9,<2";
 /// The oldest Python.
 const OLDEST: &str = "import sys, venv; sys.exit(sys.version_info < (3, 10))";
 
+/// What to type for the lack of it.
+fn missing(reason: Option<String>) -> ToolError {
+    apt::missing("Python 3.10 or later with venv", &["python3", "python3-venv"], reason)
+}
+
+/// The machine's own Python, for which the module is built.
+pub(super) fn python() -> Result<PathBuf, ToolError> {
+    let python = on_path("python3").ok_or_else(|| missing(None))?;
+    let mut command = Command::new(&python);
+    command.args(["-c", OLDEST]);
+    match capture(command, Show::Nothing)?.0 {
+        true => Ok(python),
+        false => Err(missing(Some(format!("{} is older, or has no venv", python.display())))),
+    }
+}
+
 /// A fresh environment with these packages, by pip. Its programs lie in the folder that is returned.
 ///
 /// # Errors
 /// There is no Python with pip, it is too old, or the packages cannot be had.
 pub fn environment(place: &Path, packages: &[&str]) -> Result<PathBuf, ToolError> {
-    let missing =
-        || apt::missing("Python 3.10 or later with venv", &["python3", "python3-venv"], None);
-    let python = on_path("python3").ok_or_else(missing)?;
-    let mut command = Command::new(&python);
-    command.args(["-c", OLDEST]);
-    if !capture(command, Show::Nothing)?.0 {
-        return Err(missing());
-    }
+    let python = python()?;
     let programs = place.join("bin");
     if !programs.join("pip").is_file() {
         let mut command = Command::new(&python);
         command.args(["-m", "venv"]).arg(place);
-        if !capture(command, Show::Nothing)?.0 {
-            return Err(missing());
+        let (ok, output) = capture(command, Show::Nothing)?;
+        if !ok {
+            return Err(missing(output.lines().last().map(str::to_owned)));
         }
     }
     if !packages.is_empty() {

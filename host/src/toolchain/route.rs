@@ -1,8 +1,8 @@
 //! Which of the two ways leads to a target on this machine.
 
-use super::apt;
 use super::error::ToolError;
 use super::process::{Show, ask, capture, on_path};
+use super::programs::RUST;
 use super::workspace;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -71,33 +71,27 @@ fn choose(triple: &str) -> Result<Route, ToolError> {
     if has(&sysroot) || (rustup_may_install() && rustup_add(triple) && has(&sysroot)) {
         return Ok(Route::Installed);
     }
-    let rustc = match source_compiler() {
-        Some(rustc) => rustc,
-        None => {
-            let what = format!("Rust for {triple}");
-            apt::install(&what, &RUST_PACKAGES).map_err(|error| with_rustup(error, triple))?;
-            source_compiler()
-                .ok_or_else(|| with_rustup(apt::missing(&what, &RUST_PACKAGES, None), triple))?
-        }
-    };
-    let linker = match linker(triple) {
-        Some(linker) => linker,
-        None => {
-            apt::install("a linker for firmware", &[LINKER_PACKAGE])?;
-            linker(triple)
-                .ok_or_else(|| apt::missing("a linker for firmware", &[LINKER_PACKAGE], None))?
-        }
-    };
+    if let Some((rustc, linker)) = source_compiler().zip(linker(triple)) {
+        return Ok(Route::Source { rustc, linker });
+    }
+    let unpacked = |name| RUST.program(name).map_err(|error| with_rustup(error, triple));
+    let rustc = unpacked("rustc")?;
+    if !has_source(&rustc) {
+        let reason = "the package's compiler is too old, or without its source";
+        return Err(with_rustup(RUST.missing(reason.into()), triple));
+    }
+    let linker = unpacked(if is_web(triple) { "wasm-ld" } else { "ld.lld" })?;
     Ok(Route::Source { rustc, linker })
 }
 
-/// Debian 12's compiler, its source and a linker (security suite).
-const RUST_PACKAGES: [&str; 3] = ["rustc-web", "rust-web-src", LINKER_PACKAGE];
-const LINKER_PACKAGE: &str = "lld-22";
-const LINKERS: [&str; 3] = ["rust-lld", "ld.lld-22", "ld.lld"];
+const LINKERS: [&str; 2] = ["rust-lld", "ld.lld"];
 /// The linker's names when it links for WebAssembly.
-const WEB_LINKERS: [&str; 3] = ["rust-lld", "wasm-ld-22", "wasm-ld"];
+const WEB_LINKERS: [&str; 2] = ["rust-lld", "wasm-ld"];
 const OLDEST: (u32, u32) = (1, 95);
+
+fn is_web(triple: &str) -> bool {
+    triple.starts_with("wasm")
+}
 
 fn rustup_may_install() -> bool {
     std::env::var_os("RUSTUP_AUTO_INSTALL").is_none_or(|value| value != "0")
@@ -116,14 +110,16 @@ fn rustup_add(triple: &str) -> bool {
 /// A compiler new enough that has the source of its library: the usual one, or the system's.
 fn source_compiler() -> Option<PathBuf> {
     let candidates = [on_path("rustc"), Some(PathBuf::from("/usr/bin/rustc"))];
-    candidates.into_iter().flatten().find(|rustc| {
-        version(rustc).is_some_and(|version| version >= OLDEST)
-            && sysroot(rustc).is_some_and(|s| s.join("lib/rustlib/src/rust/library/core").exists())
-    })
+    candidates.into_iter().flatten().find(|rustc| has_source(rustc))
+}
+
+fn has_source(rustc: &Path) -> bool {
+    version(rustc).is_some_and(|version| version >= OLDEST)
+        && sysroot(rustc).is_some_and(|s| s.join("lib/rustlib/src/rust/library/core").exists())
 }
 
 fn linker(triple: &str) -> Option<PathBuf> {
-    let names = if triple.starts_with("wasm") { WEB_LINKERS } else { LINKERS };
+    let names = if is_web(triple) { WEB_LINKERS } else { LINKERS };
     let host = ask(Path::new("rustc"), &["--print", "host-tuple"]);
     let bundled = sysroot(Path::new("rustc"))
         .zip(host)
@@ -146,9 +142,8 @@ fn sysroot(rustc: &Path) -> Option<PathBuf> {
 /// Where rustup is in use, the shorter way to mend it is rustup's.
 fn with_rustup(error: ToolError, triple: &str) -> ToolError {
     match error {
-        ToolError::Missing { what, command, reason } if on_path("rustup").is_some() => {
-            let command = format!("rustup target add {triple}` or `{command}");
-            ToolError::Missing { what, command, reason }
+        ToolError::Missing { what, reason, .. } if on_path("rustup").is_some() => {
+            ToolError::Missing { what, command: format!("rustup target add {triple}"), reason }
         }
         error => error,
     }

@@ -2,8 +2,8 @@
 
 use crate::end::Owned;
 use crate::output::Output;
-pub use crate::toolchain::node;
-use crate::toolchain::{ToolError, io_error, on_path, page_directory, scripts, workspace};
+use crate::toolchain::{ToolError, io_error, page_directory, scripts, workspace};
+pub use crate::toolchain::{browser, node};
 use std::ffi::OsStr;
 use std::fs;
 use std::io::Read;
@@ -12,26 +12,11 @@ use std::process::{Command, Stdio};
 
 /// The scripts, and what they drive the browser by.
 const FILES: [&str; 4] = ["browser.mjs", "pictures.mjs", "page.mjs", "bits.mjs"];
-const BROWSERS: [&str; 4] =
-    ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
-
-fn missing(what: &str, command: &str, reason: Option<String>) -> ToolError {
-    ToolError::Missing { what: what.into(), command: command.into(), reason }
-}
 
 /// Where the scripts are, with playwright-core.
 fn prepared() -> Result<PathBuf, ToolError> {
     let folder = page_directory().join("browser");
     scripts(&workspace().join("web/browser"), &FILES, "playwright-core", folder)
-}
-
-/// The browser.
-///
-/// # Errors
-/// There is none.
-pub fn browser() -> Result<PathBuf, ToolError> {
-    let found = BROWSERS.iter().find_map(|name| on_path(name));
-    found.ok_or_else(|| missing("chromium", "apt-get install chromium", None))
 }
 
 /// Runs one of the scripts with these arguments, after the browser's path; gives what it prints.
@@ -41,7 +26,7 @@ pub fn browser() -> Result<PathBuf, ToolError> {
 pub fn script(name: &str, arguments: &[&OsStr]) -> Result<String, ToolError> {
     let browser = browser()?;
     let folder = prepared()?;
-    let mut command = Command::new("node");
+    let mut command = Command::new(node()?);
     command.arg(folder.join(name)).arg(browser).args(arguments).stdin(Stdio::null());
     command.stdout(Stdio::piped()).stderr(Stdio::piped());
     // It ends with this program, and its browser with it.

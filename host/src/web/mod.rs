@@ -5,7 +5,7 @@ mod site;
 
 use crate::end;
 use crate::output::Output;
-use crate::toolchain::ToolError;
+use crate::toolchain::{Need, ToolError, have};
 use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -22,7 +22,7 @@ pub struct Options {
     /// Ends when the page is built: target/web/page can be put on any static host
     #[arg(long, conflicts_with = "port")]
     build: bool,
-    /// Ends when the pictures for the documentation are in this folder; needs chromium and node
+    /// Ends when the pictures for the documentation are in this folder
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["port", "build"])]
     pictures: Option<PathBuf>,
     #[command(flatten)]
@@ -34,6 +34,11 @@ pub struct Options {
 /// # Errors
 /// A tool is missing, the page does not build, or the port is taken.
 pub fn run(options: &Options) -> Result<ExitCode, ToolError> {
+    let pictures: &[Need] = match options.pictures {
+        Some(_) => &[Need::Node, Need::Browser],
+        None => &[],
+    };
+    have(&[&[Need::Page], pictures].concat())?;
     let site = Site::build()?;
     if options.build {
         crate::cli::print_line(&site.folder().display().to_string());

@@ -6,7 +6,7 @@ use super::worst::Worst;
 use super::{self as bench, CORES, Core, ENGINES, How, LENGTHS, Row, Scope};
 use crate::analyze::input::effort;
 use crate::output::Output;
-use crate::toolchain::ToolError;
+use crate::toolchain::{Need, ToolError, have};
 use crate::{cli, progress};
 use clap::Args;
 use picket_dsp::tone::fit::Reach;
@@ -79,10 +79,17 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
         core.ok_or_else(|| format!("there is no core {name}: choose of M4F, M33, M55, M7, M3, M0"))
     });
     let cores = cores.collect::<Result<Vec<_>, _>>()?;
+    let ready = || {
+        let each = cores.iter().map(|core| Need::Core(core.target));
+        let needs: Vec<Need> = each.chain([Need::Emulator]).collect();
+        have(&needs).map_err(|error| error.to_string())
+    };
     if options.locked {
+        ready()?;
         return locked(&cores, options.random, options.json);
     }
     if options.several {
+        ready()?;
         return several(&cores, options.json);
     }
     let lengths = if options.n.is_empty() { LENGTHS.to_vec() } else { options.n.clone() };
@@ -90,6 +97,7 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
         return Err(format!("N = {n}: choose of 64, 128, ... 4096"));
     }
     if options.precision {
+        ready()?;
         return precision(options, &cores, &lengths);
     }
     let reach = match options.k {
@@ -104,6 +112,7 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
         engine.ok_or_else(|| format!("there is no engine {name}: choose of i32, q15, f32"))
     });
     let engines = engines.collect::<Result<Vec<_>, _>>()?;
+    ready()?;
     let pairs: usize =
         cores.iter().map(|core| engines.iter().filter(|engine| engine.is_for(core)).count()).sum();
     let bar = progress::bar((pairs * lengths.len()) as u64, "runs");

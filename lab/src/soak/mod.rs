@@ -8,6 +8,7 @@ mod stream;
 pub mod tally;
 
 use crate::cli::{self, Failure};
+use crate::toolchain::{Need, Target, have};
 use crate::{end, progress};
 use clap::{Args, ValueEnum};
 use serde_json::{Map, Value};
@@ -55,6 +56,14 @@ impl Board {
         }
     }
 
+    const fn needs(self) -> &'static [Need] {
+        match self {
+            Board::Host => &[],
+            Board::Nucleo => &[Need::Core(Target::M4f), Need::Emulator],
+            Board::Mps2 => &[Need::Core(Target::M33), Need::Emulator],
+        }
+    }
+
     fn live(self, seed: u64, number: u64) -> Result<Tally, String> {
         match self {
             Board::Host => {
@@ -76,6 +85,7 @@ fn minutes(text: &str) -> Result<f64, String> {
 /// Runs until the time is over, the count is full, the user ends it, or something is wrong.
 pub fn run(options: &Options) -> Result<ExitCode, Failure> {
     let &Options { minutes, faults: seed, lives, board, json } = options;
+    have(board.needs()).map_err(|error| error.to_string())?;
     let begun = Instant::now();
     let limit = Duration::from_secs_f64(60.0 * minutes);
     let bar = progress::bar(limit.as_secs().max(1), "seconds");
