@@ -1,8 +1,8 @@
 //! The command line of `picket`: the commands, and the parsing of options. An error is one line.
 
 use crate::{
-    analyze, bench, c, calibrate, demo, design, end, explain, firmware, flash, python, recipe,
-    report, shell, soak, sweep, toolchain, watch, web,
+    analyze, bench, c, calibrate, demo, design, docs, end, explain, firmware, flash, python,
+    recipe, report, shell, soak, sweep, toolchain, watch, web,
 };
 use clap::error::ErrorKind as Asked;
 use clap::{Arg, CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -44,6 +44,7 @@ enum Command {
     Web(web::Options),
     C(c::Options),
     Python(python::Options),
+    Docs(docs::Options),
     Completions(shell::Completions),
     Man(shell::Man),
 }
@@ -67,6 +68,7 @@ impl Command {
             Command::Web(options) => web::run(options).map_err(told)?,
             Command::C(options) => c::run(options).map_err(told)?,
             Command::Python(options) => python::run(options).map_err(told)?,
+            Command::Docs(options) => docs::run(options)?,
             Command::Completions(options) => shell::completions(options)?,
             Command::Man(options) => shell::man(options)?,
         })

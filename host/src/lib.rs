@@ -21,6 +21,7 @@ pub mod console;
 pub mod demo;
 pub mod design;
 pub mod device;
+pub mod docs;
 pub mod emulator;
 pub mod end;
 pub mod estimator;

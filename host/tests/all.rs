@@ -12,7 +12,6 @@ mod end;
 mod explain;
 mod five;
 mod formats;
-mod house;
 mod impair;
 mod left_out;
 mod overwrite;
