@@ -1,89 +1,41 @@
-//! Figures that a document states, held against what was measured.
+//! `figures.json`: what emulated boards, built programs and long campaigns were measured to take. Tests hold it, and `lab docs`
+//! writes the documents' tables from it.
 
-/// A stated figure is rounded, or of another compiler of the same language: so far it may be off.
-const ROUNDING: f64 = 0.02;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::path::Path;
 
-/// A document that states figures.
-pub struct Document {
-    name: &'static str,
-    /// Its words, one space apart, however its lines are broken.
-    text: String,
-}
+/// Another release of the compiler may order instructions otherwise: so far a figure may be off.
+const MARGIN: f64 = 0.02;
 
-impl Document {
-    /// The README.
-    pub fn readme() -> Self {
-        Self::new("README.md", include_str!("../../README.md"))
+/// Panics unless the file has these figures by this name, each within 2 % or `unit`, which is that of the last digit that is printed.
+/// With `PICKET_WRITE_FIGURES` it writes them.
+pub fn hold(name: &str, unit: f64, measured: &[f64]) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("figures.json");
+    // Tests run beside each other, in more than one process.
+    let file = File::open(&path).unwrap();
+    file.lock().unwrap();
+    let text = fs::read_to_string(&path).unwrap();
+    let mut all: BTreeMap<String, Value> = serde_json::from_str(&text).unwrap();
+    println!("{name}: {measured:?}");
+    if std::env::var_os("PICKET_WRITE_FIGURES").is_some() {
+        let rounded = measured.iter().map(|figure| (figure / unit).round() * unit);
+        // No digits beyond the unit's.
+        let printed = rounded.map(|figure| format!("{figure:.6}").parse::<f64>().unwrap());
+        all.insert(name.to_owned(), printed.collect());
+        let lines: Vec<String> =
+            all.iter().map(|(name, figures)| format!("  \"{name}\": {figures}")).collect();
+        return fs::write(&path, format!("{{\n{}\n}}\n", lines.join(",\n"))).unwrap();
     }
-
-    /// The page on speed and size.
-    pub fn performance() -> Self {
-        Self::new("docs/performance.md", include_str!("../../docs/performance.md"))
-    }
-
-    /// The page on precision.
-    pub fn precision() -> Self {
-        Self::new("docs/precision.md", include_str!("../../docs/precision.md"))
-    }
-
-    /// The instructions for the board.
-    pub fn board() -> Self {
-        Self::new("docs/board.md", include_str!("../../docs/board.md"))
-    }
-
-    /// The programs for boards of one's own.
-    pub fn own_board() -> Self {
-        Self::new("docs/own-board.md", include_str!("../../docs/own-board.md"))
-    }
-
-    /// The instructions for the Pico.
-    pub fn pico() -> Self {
-        Self::new("docs/pico.md", include_str!("../../docs/pico.md"))
-    }
-
-    /// The instructions for another board.
-    pub fn porting() -> Self {
-        Self::new("docs/porting.md", include_str!("../../docs/porting.md"))
-    }
-
-    /// The page on Python.
-    pub fn python() -> Self {
-        Self::new("docs/python.md", include_str!("../../docs/python.md"))
-    }
-
-    fn new(name: &'static str, text: &str) -> Self {
-        Self { name, text: text.split_whitespace().collect::<Vec<_>>().join(" ") }
-    }
-
-    /// Panics unless the document has this phrase with these figures, one for each `#`.
-    pub fn assert_states(&self, phrase: &str, figures: &[f64]) {
-        let stated = self.figures(phrase);
-        println!("{}, {phrase}: {stated:?}, measured {figures:?}", self.name);
-        let right = |(stated, figure): (&f64, &f64)| (stated / figure - 1.0).abs() <= ROUNDING;
-        let all = stated.len() == figures.len() && stated.iter().zip(figures).all(right);
-        assert!(all, "{} must say: {phrase} with {figures:?}, and says {stated:?}", self.name);
-    }
-
-    /// The figures at the signs `#` of the phrase where it stands first; none where it does not stand.
-    fn figures(&self, phrase: &str) -> Vec<f64> {
-        let parts: Vec<&str> = phrase.split('#').collect();
-        let starts = self.text.match_indices(parts[0]).map(|(start, _)| start);
-        starts.filter_map(|start| figures(&self.text[start..], &parts)).next().unwrap_or_default()
-    }
-}
-
-fn figures(text: &str, parts: &[&str]) -> Option<Vec<f64>> {
-    let (first, others) = parts.split_first()?;
-    let mut rest = text.strip_prefix(first)?;
-    let mut figures = Vec::new();
-    for part in others {
-        let end = rest.find(|c: char| !matches!(c, '0'..='9' | ',' | '.')).unwrap_or(rest.len());
-        let (figure, tail) = rest.split_at(end);
-        // A comma or a full stop after the figure belongs to the sentence.
-        let trimmed = figure.trim_end_matches([',', '.']);
-        figures.push(trimmed.replace(',', "").parse().ok()?);
-        rest = rest.get(trimmed.len()..).filter(|_| !tail.is_empty() || part.is_empty())?;
-        rest = rest.strip_prefix(part)?;
-    }
-    Some(figures)
+    let stated = all.get(name).and_then(Value::as_array);
+    let stated: Vec<f64> = stated.into_iter().flatten().filter_map(Value::as_f64).collect();
+    let near = |(stated, measured): (&f64, &f64)| {
+        (stated - measured).abs() <= (MARGIN * measured.abs()).max(unit)
+    };
+    let held = stated.len() == measured.len() && stated.iter().zip(measured).all(near);
+    assert!(
+        held,
+        "{name}: measured {measured:?}, and host-tests/figures.json has {stated:?}: with PICKET_WRITE_FIGURES=1 this test writes them, then `lab docs`"
+    );
 }

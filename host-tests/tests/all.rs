@@ -20,7 +20,6 @@ mod estimators;
 mod f32;
 mod fft;
 mod field;
-mod figures;
 mod front_door;
 mod front_end;
 mod frontend;

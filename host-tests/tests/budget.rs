@@ -1,6 +1,6 @@
 //! The budget of instructions and memory, and the kernels against their definition, on emulated cores.
 
-use host_tests::{has_core, has_image, prepare_images, prepare_packages};
+use host_tests::{prepare_images, prepare_packages};
 use picket_dsp::Effort;
 use picket_dsp::acquire::sample::{Iq, Real, Record};
 use picket_host::board::self_test;
@@ -84,13 +84,6 @@ fn core(name: &str) -> &'static Core {
     CORES.iter().find(|core| core.name == name).unwrap()
 }
 
-/// The engines whose images are built: the default alone, unless all are asked for.
-fn engines() -> impl Iterator<Item = &'static Engine> {
-    let [default, others @ ..] = &ENGINES;
-    let all = others.iter().all(|engine| has_image(engine.bin));
-    std::iter::once(default).chain(others.iter().filter(move |_| all))
-}
-
 fn count(core: &Core, engine: &Engine, image: &Path, n: usize, random: u32) -> Count {
     let count = bench::count(core, engine, image, n, How::default(), random);
     count.unwrap_or_else(|error| panic!("{}, N = {n}: {error}", core.name))
@@ -118,13 +111,23 @@ impl Excess {
     }
 }
 
-#[test]
-fn the_budget_is_kept() {
+fn assert_kept(engines: &[Engine]) {
     let (budgets, core, mut excess) = (budgets(), core("M4F"), Excess::default());
-    for engine in engines() {
+    for engine in engines {
         excess.check_engine(core, engine, &budgets.engines[engine.name]);
     }
     assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
+}
+
+#[test]
+fn the_budget_is_kept() {
+    assert_kept(&ENGINES[..1]);
+}
+
+#[test]
+#[ignore = "needs images of the 16-bit and of the float engine: cargo test --test all -- --ignored"]
+fn the_budget_is_kept_by_the_other_engines() {
+    assert_kept(&ENGINES[1..]);
 }
 
 impl Excess {
@@ -239,14 +242,13 @@ impl Excess {
 
 /// What a block may take at most, by what a search over signals of every kind finds: nothing above the ceiling, and something not far below it, or
 /// the ceiling or the search is wrong. `PICKET_LONG=1` makes it a long one; `PICKET_SEED` is its seed.
-#[test]
-fn a_search_finds_no_worse_block() {
+fn assert_no_worse_block(target: Target) {
     let (budgets, mut excess) = (budgets(), Excess::default());
     let seed = std::env::var("PICKET_SEED").ok().map(|text| text.parse().unwrap());
     let (seed, long) = (seed.unwrap_or(worst::SEED), std::env::var_os("PICKET_LONG").is_some());
     for (name, kinds) in &budgets.ceilings {
         let core = core(name);
-        if !has_core(core.target) {
+        if core.target != target {
             continue;
         }
         let scope = if core.target == Target::M4f { Scope::Ours } else { Scope::Short };
@@ -271,6 +273,29 @@ fn a_search_finds_no_worse_block() {
         }
     }
     assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
+}
+
+#[test]
+fn a_search_finds_no_worse_block() {
+    assert_no_worse_block(Target::M4f);
+}
+
+#[test]
+#[ignore = "needs images of the Cortex-M3: cargo test --test all -- --ignored"]
+fn a_search_finds_no_worse_block_on_cortex_m3() {
+    assert_no_worse_block(Target::M3);
+}
+
+#[test]
+#[ignore = "needs images of the Cortex-M0: cargo test --test all -- --ignored"]
+fn a_search_finds_no_worse_block_on_cortex_m0() {
+    assert_no_worse_block(Target::M0);
+}
+
+#[test]
+#[ignore = "needs images of the Cortex-M55: cargo test --test all -- --ignored"]
+fn a_search_finds_no_worse_block_on_cortex_m55() {
+    assert_no_worse_block(Target::M55);
 }
 
 /// A band costs in proportion to its width, and one without the lowest bins what the whole spectrum costs.
@@ -319,12 +344,11 @@ fn assert_second_step(name: &str, count: &Count) {
     assert!(most > few + 350, "{name}: {each:?}");
 }
 
-#[test]
-fn the_budget_is_kept_without_the_dsp_extension() {
+fn assert_kept_without_the_dsp_extension(target: Target) {
     let (budgets, mut excess) = (budgets(), Excess::default());
     for (name, stages) in &budgets.portable {
         let (core, engine) = (core(name), &ENGINES[0]);
-        if !has_core(core.target) {
+        if core.target != target {
             continue;
         }
         // Random blocks, because the M0 has kernels of its own.
@@ -338,6 +362,18 @@ fn the_budget_is_kept_without_the_dsp_extension() {
         excess.check_cycles(name, (core, &image, 1024), &budgets.portable_cycles[name]);
     }
     assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
+}
+
+#[test]
+#[ignore = "needs images of the Cortex-M3: cargo test --test all -- --ignored"]
+fn the_budget_is_kept_without_the_dsp_extension_on_cortex_m3() {
+    assert_kept_without_the_dsp_extension(Target::M3);
+}
+
+#[test]
+#[ignore = "needs images of the Cortex-M0: cargo test --test all -- --ignored"]
+fn the_budget_is_kept_without_the_dsp_extension_on_cortex_m0() {
+    assert_kept_without_the_dsp_extension(Target::M0);
 }
 
 #[test]
@@ -367,16 +403,11 @@ fn the_self_test_keeps_its_size() {
 }
 
 /// Random blocks and periodic ones, of every width and strength, at the rails and between; as many more as the variable
-/// `PICKET_RANDOM_BLOCKS` says, for each length and core.
-#[test]
-fn the_kernels_equal_their_definition() {
+/// `PICKET_RANDOM_BLOCKS` says, for each length.
+fn assert_kernels(cores: &[&str], engines: &[Engine]) {
     let random: Option<u32> =
         std::env::var("PICKET_RANDOM_BLOCKS").ok().map(|text| text.parse().unwrap());
-    // The M7 runs the M4F's image. Images for the M33 and for every length on the M0 are built only for the long run:
-    // elsewhere the instrument's is compared, and with PICKET_IMAGES the one length that counts.
-    let cores: &[&str] =
-        if random.is_some() { &["M4F", "M7", "M33", "M0"] } else { &["M4F", "M7"] };
-    let own = || engines().filter(|engine| engine.is_own());
+    let own = || engines.iter().filter(|engine| engine.is_own());
     for (core, engine) in cores.iter().flat_map(|name| own().map(|e| (core(name), e))) {
         let image = image(core, engine, Scope::Ours);
         for n in bench::LENGTHS {
@@ -388,6 +419,30 @@ fn the_kernels_equal_their_definition() {
             assert_equal::<Iq>(&format!("{name}, I/Q"), core, &image, n, blocks.div_ceil(4));
         }
     }
+}
+
+/// The M7 runs the M4F's image.
+#[test]
+fn the_kernels_equal_their_definition() {
+    assert_kernels(&["M4F", "M7"], &ENGINES[..1]);
+}
+
+#[test]
+#[ignore = "needs an image of the 16-bit engine: cargo test --test all -- --ignored"]
+fn the_kernels_of_the_16_bit_engine_equal_their_definition() {
+    assert_kernels(&["M4F", "M7"], &ENGINES[1..]);
+}
+
+#[test]
+#[ignore = "needs images of every length for the Cortex-M33: cargo test --test all -- --ignored"]
+fn the_kernels_equal_their_definition_on_cortex_m33() {
+    assert_kernels(&["M33"], &ENGINES);
+}
+
+#[test]
+#[ignore = "needs images of every length for the Cortex-M0: cargo test --test all -- --ignored"]
+fn the_kernels_equal_their_definition_on_cortex_m0() {
+    assert_kernels(&["M0"], &ENGINES);
 }
 
 /// Drives kernels and definition with random blocks, of the seed that `PICKET_SEED` says.
@@ -409,12 +464,10 @@ fn assert_equal<R: Record>(
 
 /// The kernels of the Cortex-M55, of both engines of ours: their bits, and what they take.
 #[test]
+#[ignore = "needs images of the Cortex-M55: cargo test --test all -- --ignored"]
 fn the_kernels_of_helium_equal_their_definition_and_keep_their_budget() {
     let (budgets, core, engine, mut excess) =
         (budgets(), core("M55"), &ENGINES[0], Excess::default());
-    if !has_core(core.target) {
-        return;
-    }
     let long = std::env::var_os("PICKET_LONG").map(|_| 100_000);
     let random = std::env::var("PICKET_RANDOM_BLOCKS").ok().map(|text| text.parse().unwrap());
     let kernels = image(core, engine, Scope::Kernels);
@@ -447,17 +500,14 @@ fn the_kernels_of_helium_equal_their_definition_and_keep_their_budget() {
 
 /// A tone of 60 to -5 dB that is followed: what a block costs, the kernels against their definition, and the same records and tracks
 /// on every core as here.
-#[test]
-fn a_locked_block_keeps_its_budget_and_its_bits() {
+fn assert_locked(cores: &[&str]) {
     let random: Option<u32> =
         std::env::var("PICKET_RANDOM_BLOCKS").ok().map(|text| text.parse().unwrap());
     let (budgets, mut excess) = (budgets(), Excess::default());
     let (here, held) = locked::here().unwrap();
     // One of 16 blocks is searched, and the first two, and one where the noise rises by 20 dB and more.
     assert!(held >= 115, "{held}");
-    let cores: &[&str] =
-        if random.is_some() { &["M4F", "M7", "M3", "M33"] } else { &["M4F", "M7", "M3"] };
-    for core in cores.iter().map(|name| core(name)).filter(|core| has_core(core.target)) {
+    for core in cores.iter().map(|name| core(name)) {
         prepare_images(core.target);
         let image = locked::image(core).unwrap_or_else(|error| panic!("{error}"));
         let count = locked::count(core, &image, random.unwrap_or(100) / 10)
@@ -482,15 +532,41 @@ fn a_locked_block_keeps_its_budget_and_its_bits() {
     assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
 }
 
-/// Blocks of one to four tones: the same tones on emulated cores as here, and as many as there are.
 #[test]
-fn further_tones_have_the_same_bits() {
+fn a_locked_block_keeps_its_budget_and_its_bits() {
+    assert_locked(&["M4F", "M7"]);
+}
+
+#[test]
+#[ignore = "needs images of the Cortex-M3: cargo test --test all -- --ignored"]
+fn a_locked_block_keeps_its_bits_on_cortex_m3() {
+    assert_locked(&["M3"]);
+}
+
+#[test]
+#[ignore = "needs an image for the Cortex-M33: cargo test --test all -- --ignored"]
+fn a_locked_block_keeps_its_bits_on_cortex_m33() {
+    assert_locked(&["M33"]);
+}
+
+/// Blocks of one to four tones are found as many as there are.
+#[test]
+fn further_tones_are_counted() {
+    assert_counted();
+}
+
+fn assert_counted() -> Vec<u8> {
     let (here, found) = several::here().unwrap();
     let right: Vec<_> = (0..found.len()).map(|block| 1 + 4 * block / found.len()).collect();
     assert_eq!(found, right);
-    if !has_image("bench_several") {
-        return;
-    }
+    here
+}
+
+/// The same tones on an emulated core as here.
+#[test]
+#[ignore = "needs an image of several tones: cargo test --test all -- --ignored"]
+fn further_tones_have_the_same_bits() {
+    let here = assert_counted();
     let core = core("M4F");
     prepare_images(core.target);
     let image = several::image(core).unwrap_or_else(|error| panic!("{error}"));

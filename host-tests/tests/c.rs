@@ -4,7 +4,7 @@
 #[path = "c/projects.rs"]
 mod projects;
 
-use host_tests::{had, has_core};
+use host_tests::needed;
 use picket_dsp::acquire::codes::Codes;
 use picket_host::analyze::{self, Analysis};
 use picket_host::arithmetic::Arithmetic;
@@ -28,26 +28,24 @@ fn temporary(name: &str) -> PathBuf {
     place
 }
 
-/// The package as `cargo picket c` writes it: for this machine, a Cortex-M4F, and an M0 where images for it are built.
-fn dist() -> Option<&'static Path> {
-    static DIST: OnceLock<Option<PathBuf>> = OnceLock::new();
+/// The package as `cargo picket c` writes it: for this machine, a Cortex-M4F, and an M0.
+fn dist() -> &'static Path {
+    static DIST: OnceLock<PathBuf> = OnceLock::new();
     let write = || {
         let out = temporary("dist");
-        let cores = if has_core(Target::M0) { Core::M0plus.places() } else { &[] };
         // The first of an M4F's has its floats in registers.
-        let archives = [Core::Host.places(), &Core::M4f.places()[..1], cores].concat();
-        had(package(&archives, &out)).map(|()| out)
+        let archives =
+            [Core::Host.places(), &Core::M4f.places()[..1], Core::M0plus.places()].concat();
+        needed(package(&archives, &out));
+        out
     };
-    DIST.get_or_init(write).as_deref()
+    DIST.get_or_init(write)
 }
 
-/// Whether a program is here; a test that needs it otherwise says that it was skipped.
-fn has(program: &str) -> bool {
+/// Fails before minutes of building if a program is not here, with the package that has it.
+fn needs(program: &str, package: &str) {
     let there = Command::new(program).arg("--version").output().is_ok();
-    if !there {
-        println!("skipped: there is no {program}");
-    }
-    there
+    assert!(there, "{program} is missing: apt-get install {package}");
 }
 
 /// What a command prints, which must succeed.
@@ -103,12 +101,9 @@ fn declared() -> Vec<String> {
 
 #[test]
 fn an_archive_shows_the_headers_symbols_and_no_others() {
-    let Some(dist) = dist() else { return };
+    let dist = dist();
     for place in ["host", "cortex-m4/fpv4-sp-d16-hard", "cortex-m0plus"] {
         let archive = dist.join("src").join(place).join("libpicket.a");
-        if place == "cortex-m0plus" && !has_core(Target::M0) {
-            continue;
-        }
         assert_eq!(symbols(&archive).unwrap(), declared(), "{place}");
         // No way leads to a panic: its handler would ask for a function that does not exist, and nothing is asked for.
         let text = fs::read(&archive).unwrap();
@@ -130,19 +125,18 @@ fn the_header_is_clean_in_c99_and_cpp() {
         ("g++", ["-std=c++11", "-xc++"]),
         ("clang++", ["-std=c++11", "-xc++"]),
     ] {
-        if has(compiler) {
-            let strict =
-                STRICT.iter().filter(|flag| flags[1] == "-xc" || !flag.ends_with("prototypes"));
-            let mut command = Command::new(compiler);
-            command.args(flags).args(strict).arg("-I").arg(workspace().join("c/include"));
-            said(command.arg("-c").arg(&file).arg("-o").arg(place.join("header.o")));
-        }
+        let strict =
+            STRICT.iter().filter(|flag| flags[1] == "-xc" || !flag.ends_with("prototypes"));
+        needs(compiler, if compiler.starts_with("clang") { "clang" } else { "g++" });
+        let mut command = Command::new(compiler);
+        command.args(flags).args(strict).arg("-I").arg(workspace().join("c/include"));
+        said(command.arg("-c").arg(&file).arg("-o").arg(place.join("header.o")));
     }
 }
 
 /// A program for this machine from the package, with these flags beside.
-fn program(compiler: &str, name: &str, flags: &[&str]) -> Option<PathBuf> {
-    let dist = dist()?;
+fn program(compiler: &str, name: &str, flags: &[&str]) -> PathBuf {
+    let dist = dist();
     let out = temporary("host").join(format!("{name}-{compiler}{}", flags.len()));
     // Two tests may want it at once, and what runs cannot be written to.
     let part = out.with_extension(format!("{:?}", std::thread::current().id()));
@@ -151,17 +145,15 @@ fn program(compiler: &str, name: &str, flags: &[&str]) -> Option<PathBuf> {
     command.arg("-I").arg(dist.join("src")).arg(source(name)).arg("-L").arg(dist.join("src/host"));
     said(command.args(["-lpicket", "-lm", "-o"]).arg(&part));
     fs::rename(&part, &out).unwrap();
-    Some(out)
+    out
 }
 
 #[test]
 fn misuse_is_answered_and_every_call_does_its_work() {
     let sanitized = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
     for (compiler, flags) in [("gcc", &sanitized[..]), ("clang", &[])] {
-        if !has(compiler) {
-            continue;
-        }
-        let Some(program) = program(compiler, "misuse.c", flags) else { return };
+        needs(compiler, compiler);
+        let program = program(compiler, "misuse.c", flags);
         let out = said(&mut Command::new(program));
         assert_eq!(out.lines().last(), Some("0 failures"), "{out}");
     }
@@ -204,10 +196,8 @@ fn answers(file: &Path) -> Vec<Answer> {
 
 #[test]
 fn ten_thousand_blocks_of_each_kind_are_those_of_picket_analyze() {
-    if !has("gcc") {
-        return;
-    }
-    let Some(program) = program("gcc", "bits.c", &[]) else { return };
+    needs("gcc", "gcc");
+    let program = program("gcc", "bits.c", &[]);
     for (word, arithmetic) in [("float", Arithmetic::Target), ("fixed", Arithmetic::TargetFixed)] {
         // As many in either arithmetic in the long form; half of a minute for the usual one.
         let blocks = if word == "float" || long() { 10_000 } else { 1_000 };
@@ -276,8 +266,8 @@ const M0: (&[&str], &str, &str) =
 const CROSS: &str = "arm-none-eabi-gcc";
 
 /// A program for a core without a library of C.
-fn bare(name: &str, core: (&[&str], &str, &str), defines: &[&str]) -> Option<PathBuf> {
-    let dist = dist()?;
+fn bare(name: &str, core: (&[&str], &str, &str), defines: &[&str]) -> PathBuf {
+    let dist = dist();
     let out = temporary("bare").join(format!("{name}-{}.elf", core.2));
     let mut command = Command::new(CROSS);
     command.args(["-std=c99", "-O2", "-ffreestanding", "-fno-tree-loop-distribute-patterns"]);
@@ -287,12 +277,12 @@ fn bare(name: &str, core: (&[&str], &str, &str), defines: &[&str]) -> Option<Pat
     command.arg(dist.join("src").join(core.1).join("libpicket.a"));
     command.args(["-lgcc", "-Wl,--gc-sections,-z,noexecstack", "-T"]).arg(source("mps2.ld"));
     said(command.arg("-o").arg(&out));
-    Some(out)
+    out
 }
 
 /// What a program says on an emulated board.
-fn emulated(machine: &str, image: &Path) -> Option<String> {
-    let mut command = Command::new(had(qemu())?);
+fn emulated(machine: &str, image: &Path) -> String {
+    let mut command = Command::new(needed(qemu()));
     command.args(["-machine", machine, "-nographic", "-monitor", "none", "-serial", "null"]);
     command.args(["-semihosting-config", "enable=on,target=native", "-kernel"]).arg(image);
     // The emulator writes what a program says by semihosting to stderr.
@@ -300,24 +290,20 @@ fn emulated(machine: &str, image: &Path) -> Option<String> {
     let text = [output.stdout, output.stderr].concat();
     let text = String::from_utf8_lossy(&text).into_owned();
     assert!(output.status.success(), "{machine}: {}\n{text}", output.status);
-    Some(text)
+    text
 }
 
 /// The M4F measures the bits of a desk, and the M0 those of its arithmetic there.
 #[test]
 fn boards_measure_the_same_bits() {
-    if !has("gcc") || !has(CROSS) {
-        return;
-    }
-    let Some(program) = program("gcc", "bits.c", &[]) else { return };
+    needs("gcc", "gcc");
+    needs(CROSS, "gcc-arm-none-eabi");
+    let program = program("gcc", "bits.c", &[]);
     let blocks = if long() { 10_000 } else { 300 };
     for (core, arithmetic) in [(M4F, "float"), (M0, "fixed")] {
-        if arithmetic == "fixed" && !has_core(Target::M0) {
-            continue;
-        }
         let define = format!("-DBLOCKS={blocks}");
-        let Some(image) = bare("bits.c", core, &[&define]) else { return };
-        let Some(seen) = emulated(core.2, &image) else { return };
+        let image = bare("bits.c", core, &[&define]);
+        let seen = emulated(core.2, &image);
         let here = checksums(&program, blocks, arithmetic, None);
         assert_eq!(here.lines().count(), 14, "{here}");
         assert_eq!(seen.replace('\r', ""), here, "{}", core.1);
@@ -328,10 +314,8 @@ fn boards_measure_the_same_bits() {
 /// What a program with one tone and its verdict takes in C, beside the one in Rust.
 #[test]
 fn a_program_in_c_is_little_larger_than_a_small_one_in_rust() {
-    if !has(CROSS) {
-        return;
-    }
-    let Some(image) = bare("single.c", M4F, &[]) else { return };
+    needs(CROSS, "gcc-arm-none-eabi");
+    let image = bare("single.c", M4F, &[]);
     let ours = Footprint::from_elf(&image).unwrap();
     let rust = Firmware {
         bin: "single",
@@ -339,11 +323,11 @@ fn a_program_in_c_is_little_larger_than_a_small_one_in_rust() {
         features: &["mps2"],
         profile: Profile::Release,
     };
-    let Some(rust) = had(rust.build()) else { return };
+    let rust = needed(rust.build());
     let rust = Footprint::from_elf(&rust).unwrap();
     println!("C: {ours:?}, Rust: {rust:?}");
     // As docs/c.md has it.
     assert!(ours.flash <= rust.flash + 8_192, "C takes {ours:?}, Rust {rust:?}");
     let said = emulated(M4F.2, &image);
-    assert!(said.is_none_or(|said| said.is_empty()));
+    assert!(said.is_empty(), "{said}");
 }

@@ -6,16 +6,15 @@
 mod same_bits;
 
 mod features;
-mod packages;
 
-use host_tests::figures::Document;
-use host_tests::had;
+use host_tests::figures::hold;
+use host_tests::needed;
 use object::{Object, ObjectSection, ObjectSymbol};
 use picket_dsp::{Arithmetic, Config, Verdict};
 use picket_host::console::Console;
 use picket_host::device::Said;
 use picket_host::emulator::Footprint;
-use picket_host::toolchain::{Dependent, ToolError, dependents, qemu, qemu_riscv32};
+use picket_host::toolchain::{Dependent, ToolError, dependents, node, qemu, qemu_riscv32};
 use picket_wire::boot::{Boot, Clock, Origin};
 use picket_wire::command::{Command as Order, Refusal};
 use picket_wire::settings::{Drive, Settings};
@@ -118,69 +117,25 @@ impl Image {
     }
 }
 
-/// The page states what an image takes, behind these words.
-fn assert_states_footprint(words: &str, image: &Path) {
-    assert_states(words, Footprint::from_elf(image).unwrap());
+/// Holds what the image of a package takes, without the stack.
+fn hold_footprint(package: &Dependent, image: &Path) {
+    hold_bytes(package.name, Footprint::from_elf(image).unwrap());
 }
 
-fn assert_states(words: &str, Footprint { flash, ram }: Footprint) {
-    let phrase = format!("{words} Flash # B, RAM # B without the stack");
-    Document::own_board().assert_states(&phrase, &[flash as f64, ram as f64]);
-}
-
-#[test]
-fn the_page_shows_the_programs_as_they_are() {
-    let page = include_str!("../../docs/own-board.md");
-    let shown = [
-        STM32F4,
-        RP2040,
-        RP2350,
-        EMBASSY_STM32,
-        EMBASSY_STM32G4,
-        EMBASSY_STM32_INSTRUMENT,
-        EMBASSY_RP,
-        EMBASSY_RP_INSTRUMENT,
-        NRF52840,
-        ESP32C3,
-    ];
-    for Dependent { name, .. } in shown {
-        let program = fs::read_to_string(dependents().join(name).join("src/main.rs")).unwrap();
-        assert!(page.contains(&format!("```rust\n{program}```\n")), "docs/own-board.md, {name}");
-    }
-}
-
-#[test]
-fn the_page_shows_the_skeleton_as_it_is_and_it_is_short() {
-    let page = include_str!("../../docs/porting.md");
-    let program = fs::read_to_string(dependents().join("skeleton/src/main.rs")).unwrap();
-    assert!(page.contains(&format!("```rust\n{program}```\n")), "docs/porting.md");
-    let lines = program.lines().count();
-    assert!(lines <= 150, "{lines} lines");
-    Document::porting().assert_states("It has # lines, with comments and", &[lines as f64]);
-    // The table has a row for each item of the trait.
-    let source = include_str!("../../firmware/src/board.rs");
-    let items: Vec<&str> = source
-        .lines()
-        .filter_map(|line| line.strip_prefix("    "))
-        .filter_map(|line| ["fn ", "const ", "type "].iter().find_map(|w| line.strip_prefix(w)))
-        .filter_map(|line| line.split(|c: char| !c.is_alphanumeric() && c != '_').next())
-        .collect();
-    assert!(items.len() >= 17, "{items:?}");
-    for item in items {
-        assert!(page.contains(&format!("\n| `{item}` |")), "docs/porting.md lacks {item}");
-    }
+fn hold_bytes(name: &str, Footprint { flash, ram }: Footprint) {
+    hold(&format!("{name}, bytes of flash and RAM"), 1.0, &[flash as f64, ram as f64]);
 }
 
 /// The emulated board that is neither an MPS2 nor a NUCLEO, and its boot record. Its time is counted in instructions, 64 ns each,
 /// so that a busy host makes no gaps.
-fn skeleton(image: &Path) -> Option<(Console, Boot)> {
-    let mut command = Command::new(had(qemu())?);
+fn skeleton(image: &Path) -> (Console, Boot) {
+    let mut command = Command::new(needed(qemu()));
     command.args(["-machine", "lm3s6965evb", "-icount", "shift=6,align=off,sleep=on"]);
     command.args(["-nodefaults", "-nographic", "-net", "none", "-kernel"]).arg(image);
     command.args(["-chardev", "stdio,id=uart0,signal=off", "-serial", "chardev:uart0"]);
     let mut board = Console::start(command).unwrap();
     let first = boot(&mut board);
-    Some((board, first))
+    (board, first)
 }
 
 fn boot(board: &mut Console) -> Boot {
@@ -224,11 +179,9 @@ fn settings_of(board: &mut Console, order: Order) -> Settings {
 
 #[test]
 fn the_skeleton_board_measures_and_follows_commands() {
-    let Some(image) = had(SKELETON.build(&[])) else { return };
-    let Footprint { flash, ram } = Footprint::from_elf(&image).unwrap();
-    let phrase = "The image takes # B of flash and # B of RAM without the stack";
-    Document::porting().assert_states(phrase, &[flash as f64, ram as f64]);
-    let Some((mut board, first)) = skeleton(&image) else { return };
+    let image = needed(SKELETON.build(&[]));
+    hold_footprint(&SKELETON, &image);
+    let (mut board, first) = skeleton(&image);
     assert_eq!((first.board.as_str(), first.clock), ("skeleton", Clock::External));
     assert_eq!((first.n, first.core_hz), (256, 12_500_000));
     assert!(first.measuring && first.origin == Origin::Default && !first.unfit);
@@ -272,21 +225,21 @@ fn the_skeleton_board_measures_and_follows_commands() {
 }
 
 /// The STM32F4's image, apart from where the linker may write again.
-fn stm32f4() -> Option<&'static Path> {
-    static COPY: OnceLock<Option<PathBuf>> = OnceLock::new();
+fn stm32f4() -> &'static Path {
+    static COPY: OnceLock<PathBuf> = OnceLock::new();
     let built = || {
-        let image = had(STM32F4.build(&[]))?;
+        let image = needed(STM32F4.build(&[]));
         let copy = Path::new(env!("CARGO_TARGET_TMPDIR")).join("stm32f4.elf");
         fs::copy(image, &copy).unwrap();
-        Some(copy)
+        copy
     };
-    COPY.get_or_init(built).as_deref()
+    COPY.get_or_init(built)
 }
 
 #[test]
 fn a_device_crates_interrupts_are_in_the_vector_table() {
-    let Some(image) = stm32f4() else { return };
-    assert_states_footprint("the interrupt by the device crate's own attribute.", image);
+    let image = stm32f4();
+    hold_footprint(&STM32F4, image);
     // RM0390, table 38: 97 lines, DMA2 stream 0 is 56.
     Image::of(image).assert_vectors(0x0800_0000, 97, &[(18, "ADC"), (56, "DMA2_STREAM0")]);
 }
@@ -295,9 +248,7 @@ fn a_device_crates_interrupts_are_in_the_vector_table() {
 /// device crate's.
 #[test]
 fn a_device_file_on_the_linkers_path_would_be_seen() {
-    if stm32f4().is_none() {
-        return;
-    }
+    stm32f4();
     let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("shadow");
     fs::create_dir_all(&place).unwrap();
     fs::write(place.join("device.x"), "").unwrap();
@@ -311,8 +262,8 @@ fn a_device_file_on_the_linkers_path_would_be_seen() {
 
 #[test]
 fn a_chip_without_flash_of_its_own_finds_its_first_stage_and_its_vectors() {
-    let Some(image) = had(RP2040.build(&[])) else { return };
-    assert_states_footprint("Two DMA channels in turn.", &image);
+    let image = needed(RP2040.build(&[]));
+    hold_footprint(&RP2040, &image);
     let image = Image::of(&image);
     // RP2040 datasheet, 2.3.2: 26 lines, 32 words; DMA_IRQ_0 is 11.
     image.assert_vectors(0x1000_0100, 32, &[(11, "DMA_IRQ_0")]);
@@ -321,15 +272,15 @@ fn a_chip_without_flash_of_its_own_finds_its_first_stage_and_its_vectors() {
 
 #[test]
 fn embassys_ring_buffer_on_an_stm32_links_with_its_interrupt() {
-    let Some(image) = had(EMBASSY_STM32.build(&[])) else { return };
-    assert_states_footprint("a DMA ring of two halves.", &image);
+    let image = needed(EMBASSY_STM32.build(&[]));
+    hold_footprint(&EMBASSY_STM32, &image);
     Image::of(&image).assert_vectors(0x0800_0000, 97, &[(56, "DMA2_STREAM0")]);
 }
 
 #[test]
 fn the_instrument_in_embassys_executor_links_with_its_interrupts() {
-    let Some(image) = had(EMBASSY_STM32_INSTRUMENT.build(&[])) else { return };
-    assert_states_footprint("any flash that has a driver by `embedded-storage`.", &image);
+    let image = needed(EMBASSY_STM32_INSTRUMENT.build(&[]));
+    hold_footprint(&EMBASSY_STM32_INSTRUMENT, &image);
     // USART2 is 38; the time driver has a timer of its own.
     let image = Image::of(&image);
     let vectors = image.vectors(0x0800_0000);
@@ -340,24 +291,24 @@ fn the_instrument_in_embassys_executor_links_with_its_interrupts() {
 
 #[test]
 fn embassys_ring_buffer_on_an_stm32g4_links_with_its_interrupt() {
-    let Some(image) = had(EMBASSY_STM32G4.build(&[])) else { return };
-    assert_states_footprint("which the program sees by the converter's flag.", &image);
+    let image = needed(EMBASSY_STM32G4.build(&[]));
+    hold_footprint(&EMBASSY_STM32G4, &image);
     // RM0440, table 97: 102 lines, DMA1 channel 1 is 11.
     Image::of(&image).assert_vectors(0x0800_0000, 102, &[(11, "DMA1_CHANNEL1")]);
 }
 
 #[test]
 fn two_buffers_on_an_nrf52840_link_with_their_interrupt() {
-    let Some(image) = had(NRF52840.build(&[])) else { return };
-    assert_states_footprint("A timer counts full buffers.", &image);
+    let image = needed(NRF52840.build(&[]));
+    hold_footprint(&NRF52840, &image);
     // nRF52840 product specification, 4.2.4: a line is its peripheral's number, the SAADC's 7; 48 of them.
     Image::of(&image).assert_vectors(0, 48, &[(7, "SAADC")]);
 }
 
 #[test]
 fn a_chip_that_reads_blocks_finds_the_one_of_its_image() {
-    let Some(image) = had(RP2350.build(&[])) else { return };
-    assert_states_footprint("as on the RP2040.", &image);
+    let image = needed(RP2350.build(&[]));
+    hold_footprint(&RP2350, &image);
     let image = Image::of(&image);
     // RP2350 datasheet, 3.2: 52 lines, DMA_IRQ_0 is 10.
     image.assert_vectors(0x1000_0000, 52, &[(10, "DMA_IRQ_0")]);
@@ -371,17 +322,14 @@ fn a_chip_that_reads_blocks_finds_the_one_of_its_image() {
 
 #[test]
 fn a_core_without_atomics_links_with_its_traps_and_its_description() {
-    let Some(image) = had(ESP32C3.build(&[])) else { return };
+    let image = needed(ESP32C3.build(&[]));
     let image = Image::of(&image);
     // The linker's script reserves the rest: the stack, and room in each address space for what the other one shows.
     let sizes = |names: &[&str]| names.iter().map(|name| image.section(name).1.len() as u64).sum();
     let in_ram: u64 = sizes(&[".trap", ".rwtext", ".data"]);
     let flash = in_ram + sizes(&[".flash.appdesc", ".rodata", ".text"]);
     let ram = in_ram + image.size(".bss");
-    assert_states(
-        "an interrupt each fetches a conversion and begins the next.",
-        Footprint { flash, ram },
-    );
+    hold_bytes(ESP32C3.name, Footprint { flash, ram });
     // ESP32-C3 datasheet, table 3-1: where code runs from memory, and where it is read from flash.
     let (traps, _) = image.section(".trap");
     let (text, _) = image.section(".text");
@@ -404,8 +352,8 @@ fn a_core_without_atomics_links_with_its_traps_and_its_description() {
 
 #[test]
 fn embassys_chunks_on_an_rp2040_link_with_their_interrupts() {
-    let Some(image) = had(EMBASSY_RP.build(&[])) else { return };
-    assert_states_footprint("The HAL reads a chunk by DMA, then stops.", &image);
+    let image = needed(EMBASSY_RP.build(&[]));
+    hold_footprint(&EMBASSY_RP, &image);
     let image = Image::of(&image);
     // ADC_IRQ_FIFO is 22; the HAL itself listens to the pins and to the other core.
     let hal = [(13, "IO_IRQ_BANK0"), (16, "SIO_IRQ_PROC1")];
@@ -416,8 +364,8 @@ fn embassys_chunks_on_an_rp2040_link_with_their_interrupts() {
 
 #[test]
 fn the_instrument_in_two_of_embassys_executors_on_an_rp2040_links_with_their_interrupts() {
-    let Some(image) = had(EMBASSY_RP_INSTRUMENT.build(&[])) else { return };
-    assert_states_footprint("runs on through measurements.", &image);
+    let image = needed(EMBASSY_RP_INSTRUMENT.build(&[]));
+    hold_footprint(&EMBASSY_RP_INSTRUMENT, &image);
     let image = Image::of(&image);
     // UART0 is 20; SWI_IRQ_1 is 27, a line without a source. The time driver has the timer's first alarm.
     let hal = [(13, "IO_IRQ_BANK0"), (16, "SIO_IRQ_PROC1"), (0, "TIMER_IRQ_0")];
@@ -458,8 +406,8 @@ fn the_blocks_are_of_all_sorts() {
 
 #[test]
 fn riscv32_gives_the_same_bits() {
-    let Some(image) = had(RISCV32.build(&[])) else { return };
-    let Some(qemu) = had(qemu_riscv32()) else { return };
+    let image = needed(RISCV32.build(&[]));
+    let qemu = needed(qemu_riscv32());
     let mut command = Command::new(qemu);
     command.args(["-machine", "virt", "-bios", "none", "-nographic", "-kernel"]).arg(image);
     assert_same_bits(command);
@@ -467,13 +415,9 @@ fn riscv32_gives_the_same_bits() {
 
 #[test]
 fn wasm32_gives_the_same_bits() {
-    let Some(module) = had(WASM32.build(&[])) else { return };
-    if Command::new("node").arg("--version").output().is_err() {
-        println!("skipped: there is no node to run it with");
-        return;
-    }
+    let module = needed(WASM32.build(&[]));
     let script: PathBuf = dependents().join("wasm32/run.mjs");
-    let mut command = Command::new("node");
+    let mut command = Command::new(needed(node()));
     command.arg(script).arg(module);
     assert_same_bits(command);
 }
@@ -483,9 +427,7 @@ fn wasm32_gives_the_same_bits() {
 fn a_core_without_atomics_has_its_feature() {
     let triple = "riscv32imc-unknown-none-elf";
     let features = "portable-atomic,heapless/portable-atomic-critical-section";
-    if had(Dependent::check_library(triple, features)).is_none() {
-        return;
-    }
+    needed(Dependent::check_library(triple, features));
     match Dependent::check_library(triple, "methods") {
         Err(ToolError::Build { output, .. }) => assert!(output.contains("heapless"), "{output}"),
         other => panic!("without the feature it must not build: {other:?}"),

@@ -119,38 +119,6 @@ fn every_link_leads_somewhere() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// The memory that the page on C states is what the header declares.
-#[test]
-fn the_page_on_c_states_the_headers_memory() {
-    let (page, header) = (read("docs/c.md"), read("c/include/picket.h"));
-    let declared = header.split("uint64_t state[(").skip(1).map(|rest| {
-        let (bytes, rest) = rest.split_once(" * (N) * (PARTS) + ").unwrap();
-        let (fixed, rest) = rest.split_once(") / 8];").unwrap();
-        let name = rest.split_once("} ").unwrap().1.split(';').next().unwrap();
-        (name.to_owned(), bytes.parse::<usize>().unwrap(), fixed.parse::<usize>().unwrap())
-    });
-    let declared: Vec<_> = declared.collect();
-    assert_eq!(declared.len(), 4, "{declared:?}");
-    for (name, bytes, fixed) in declared {
-        let object = match name.as_str() {
-            "KIND" => "pipeline",
-            "KIND##_tracker" => "tracker",
-            "KIND##_accumulator" => "accumulator",
-            "KIND##_bursts" => "burst processor",
-            other => panic!("{other} is not on the page"),
-        };
-        let fixed = match fixed {
-            1000.. => format!("{},{:03} B", fixed / 1000, fixed % 1000),
-            _ => format!("{fixed} B"),
-        };
-        let row = format!(
-            "| {object} | {bytes} bytes a sample and {fixed} | {} bytes a pair and {fixed} |",
-            2 * bytes
-        );
-        assert!(page.contains(&row), "docs/c.md does not say: {row}");
-    }
-}
-
 /// The parts of a text between two marks, without the space around them.
 fn list<'a>(text: &'a str, from: &str, to: &str, separator: &str) -> Vec<&'a str> {
     let (_, rest) = text.split_once(from).unwrap_or_else(|| panic!("no {from}"));

@@ -1,6 +1,6 @@
 //! The core under emulation: the same bits on every machine, and no block lost on the way.
 
-use host_tests::{has_core, prepare_images, sized};
+use host_tests::{prepare_images, sized};
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::kind::{ForRecord, for_record};
 use picket_dsp::acquire::sample::{Iq, Real, Record, Segment};
@@ -167,9 +167,6 @@ fn headers() -> Vec<Header> {
 }
 
 fn same_bits_on(machine: Machine, target: Target, bin: &str) {
-    if !has_core(target) {
-        return;
-    }
     println!("seed {SEED}");
     let image = image(bin, target);
     let headers = headers();
@@ -221,39 +218,51 @@ fn hard_blocks<R: Record, const N: usize>(header: &Header) -> Vec<[R::Sample; N]
 }
 
 /// The joint fit's answers are the host's to the bit, and what a block costs is printed for every effort.
+fn joint_fits_on(machine: Machine, target: Target) {
+    let image = image_with("core_check", target, &["mps2", "joint-fit"]);
+    // Floats in software are slow.
+    let count = sized(if target == Target::M4f { 25 } else { 3 }, 100) as u32;
+    for (iq, n) in [(false, 64), (true, 256), (false, 1024)] {
+        let looks = Effort::ALL.iter().map(|&effort| {
+            let config = Config { effort, ..config(Method::default(), Scene::Tone) };
+            let header = Header { iq, ..Header::from_config::<Real>(config, n, count) };
+            let (capture, ours, verdicts) = for_record(iq, n as usize, Hard(header)).unwrap();
+            let what = format!("{target:?}, iq {iq}, n {n}, {}", effort.name());
+            let (outcome, theirs) =
+                run(capture, machine, &image).unwrap_or_else(|error| panic!("{what}: {error}"));
+            assert_same(&ours, &theirs, &what);
+            let ticks = outcome.figure("ticks").unwrap_or_default();
+            let instructions =
+                ticks as f64 * machine.instructions_per_tick() / f64::from(count);
+            println!(
+                "{what}: {count} blocks the same, {instructions:.0} instructions a block, {verdicts} usable"
+            );
+            if target == Target::M4f && effort == Effort::Full {
+                // As docs/performance.md says.
+                assert!((0.4e6..2.2e6).contains(&instructions));
+            }
+            verdicts
+        });
+        let usable: Vec<usize> = looks.collect();
+        assert!(usable.is_sorted() && (count < 25 || usable[0] < usable[2]), "{usable:?}");
+    }
+}
+
 #[test]
 fn joint_fits_give_the_same_bits() {
-    let cores =
-        [(Machine::An386, Target::M4f), (Machine::An385, Target::M3), (Machine::An385, Target::M0)];
-    for (machine, target) in cores.into_iter().filter(|(_, target)| has_core(*target)) {
-        let image = image_with("core_check", target, &["mps2", "joint-fit"]);
-        // Floats in software are slow.
-        let count = sized(if target == Target::M4f { 25 } else { 3 }, 100) as u32;
-        for (iq, n) in [(false, 64), (true, 256), (false, 1024)] {
-            let looks = Effort::ALL.iter().map(|&effort| {
-                let config = Config { effort, ..config(Method::default(), Scene::Tone) };
-                let header = Header { iq, ..Header::from_config::<Real>(config, n, count) };
-                let (capture, ours, verdicts) = for_record(iq, n as usize, Hard(header)).unwrap();
-                let what = format!("{target:?}, iq {iq}, n {n}, {}", effort.name());
-                let (outcome, theirs) =
-                    run(capture, machine, &image).unwrap_or_else(|error| panic!("{what}: {error}"));
-                assert_same(&ours, &theirs, &what);
-                let ticks = outcome.figure("ticks").unwrap_or_default();
-                let instructions =
-                    ticks as f64 * machine.instructions_per_tick() / f64::from(count);
-                println!(
-                    "{what}: {count} blocks the same, {instructions:.0} instructions a block, {verdicts} usable"
-                );
-                if target == Target::M4f && effort == Effort::Full {
-                    // As docs/performance.md says.
-                    assert!((0.4e6..2.2e6).contains(&instructions));
-                }
-                verdicts
-            });
-            let usable: Vec<usize> = looks.collect();
-            assert!(usable.is_sorted() && (count < 25 || usable[0] < usable[2]), "{usable:?}");
-        }
-    }
+    joint_fits_on(Machine::An386, Target::M4f);
+}
+
+#[test]
+#[ignore = "needs images of the Cortex-M3: cargo test --test all -- --ignored"]
+fn joint_fits_give_the_same_bits_on_cortex_m3() {
+    joint_fits_on(Machine::An385, Target::M3);
+}
+
+#[test]
+#[ignore = "needs images of the Cortex-M0: cargo test --test all -- --ignored"]
+fn joint_fits_give_the_same_bits_on_cortex_m0() {
+    joint_fits_on(Machine::An385, Target::M0);
 }
 
 /// Writes a capture of hard blocks, measures them here, and counts the usable answers.
@@ -276,27 +285,21 @@ impl ForRecord for Hard {
     }
 }
 
-/// In the long run, for which another image is built. The M0's code runs on the M3's board, see `bench::CORES`.
+/// The M0's code runs on the M3's board, see `bench::CORES`.
 #[test]
+#[ignore = "needs images of the Cortex-M0: cargo test --test all -- --ignored"]
 fn cortex_m0_gives_the_same_bits() {
-    if std::env::var_os("PICKET_RANDOM_BLOCKS").is_none() {
-        println!("skipped: PICKET_RANDOM_BLOCKS is not set");
-        return;
-    }
     same_bits_on(Machine::An385, Target::M0, "core_check");
 }
 
-/// In the long run, for the same reason.
 #[test]
+#[ignore = "needs images of the Cortex-M55: cargo test --test all -- --ignored"]
 fn cortex_m55_gives_the_same_bits() {
-    if std::env::var_os("PICKET_RANDOM_BLOCKS").is_none() {
-        println!("skipped: PICKET_RANDOM_BLOCKS is not set");
-        return;
-    }
     same_bits_on(Machine::An547, Target::M55, "frontend_qemu");
 }
 
 #[test]
+#[ignore = "needs images of the Cortex-M3: cargo test --test all -- --ignored"]
 fn cortex_m3_gives_the_same_bits() {
     same_bits_on(Machine::An385, Target::M3, "core_check");
 }
@@ -316,18 +319,21 @@ fn cortex_m33_gives_the_same_bits() {
     same_bits_on(Machine::An505, Target::M33, "frontend_qemu");
 }
 
-/// The boards that have a front end: with a DMA controller, and with a copy by interrupt in its place.
-fn boards() -> impl Iterator<Item = Machine> {
-    [Machine::An505, Machine::An547].into_iter().filter(|board| has_core(board.target()))
-}
-
+/// By a DMA controller.
 #[test]
 fn the_front_end_delivers_every_block_in_order() {
-    println!("seed {SEED}");
-    boards().for_each(delivers_in_order);
+    delivers_in_order(Machine::An505);
+}
+
+/// By a copy in the interrupt, in the controller's place.
+#[test]
+#[ignore = "needs images of the Cortex-M55: cargo test --test all -- --ignored"]
+fn the_front_end_of_cortex_m55_delivers_every_block_in_order() {
+    delivers_in_order(Machine::An547);
 }
 
 fn delivers_in_order(board: Machine) {
+    println!("seed {SEED}");
     // The last two are longer than one transfer of the controller, and than its memory of input.
     for (iq, n, blocks) in
         [(false, 64, 90), (false, 1024, 300), (true, 4096, 30), (false, 4096, 2500)]
@@ -356,7 +362,13 @@ fn delivers_in_order(board: Machine) {
 
 #[test]
 fn a_converter_that_is_too_fast_loses_blocks_and_every_one_is_counted() {
-    boards().for_each(counts_its_losses);
+    counts_its_losses(Machine::An505);
+}
+
+#[test]
+#[ignore = "needs images of the Cortex-M55: cargo test --test all -- --ignored"]
+fn a_converter_of_cortex_m55_that_is_too_fast_loses_blocks_and_every_one_is_counted() {
+    counts_its_losses(Machine::An547);
 }
 
 fn counts_its_losses(board: Machine) {

@@ -5,7 +5,7 @@ use crate::fft::{least_ratios, worst_by};
 use crate::q15::{Found, found};
 use crate::signal::{Kind, rng};
 use crate::trust::noise_and_sigma_by;
-use host_tests::{has_image, prepare_images};
+use host_tests::prepare_images;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::{Iq, Real};
 use picket_dsp::config::Config;
@@ -116,10 +116,8 @@ fn check_bits<R: Kind, const N: usize>(core: &Core, image: &Path) {
 }
 
 #[test]
+#[ignore = "needs an image of the float engine: cargo test --test all -- --ignored"]
 fn emulated_cores_give_the_same_bits() {
-    if !has_image(FLOAT.bin) {
-        return;
-    }
     for core in CORES.iter().filter(|core| core.target == Target::M4f) {
         prepare_images(core.target);
         let image = bench::image(core, &FLOAT, Scope::Ours).unwrap();

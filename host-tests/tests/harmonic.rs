@@ -1,6 +1,7 @@
 //! A fundamental from its harmonics: on the bound of all of them, and never an octave off.
 
 use crate::signal::*;
+use host_tests::data;
 use picket_dsp::tone::harmonic::Harmonic;
 use picket_dsp::{Codes, Config, Iq, Pipeline, Real, Stamp, Verdict};
 use rand::RngExt;
@@ -87,16 +88,10 @@ fn one_line_is_no_series() {
 /// Hann's window. That is a mean of the frequency with the weights of [`weight`], which a mean of the blocks' answers repeats.
 #[test]
 fn the_mains_are_followed() {
-    let (Some(file), Some(track)) = (
-        host_tests::shared("data/mains50_092_ref.wav"),
-        host_tests::shared("data/mains50_092_ref_track.csv"),
-    ) else {
-        return;
-    };
-    let bytes = std::fs::read(file).unwrap();
+    let bytes = std::fs::read(data("mains50_092_ref.wav")).unwrap();
     let samples: Vec<i16> =
         bytes[44..].as_chunks().0.iter().map(|&pair| i16::from_le_bytes(pair)).collect();
-    mains_track(&samples, &std::fs::read_to_string(track).unwrap());
+    mains_track(&samples, &std::fs::read_to_string(data("mains50_092_ref_track.csv")).unwrap());
 }
 
 fn mains_track(samples: &[i16], track: &str) {

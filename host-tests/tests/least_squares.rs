@@ -110,7 +110,7 @@ fn candan(x: &[Complex<f64>], peak: i32) -> f64 {
 /// result; from the own start, and in the target's arithmetic, within a small share of the bound.
 #[test]
 fn golden_vectors() {
-    let Some(golden) = golden() else { return };
+    let golden = golden();
     for case in &golden.cases {
         if case.iq() {
             golden_case::<Iq>(case, "lsi");

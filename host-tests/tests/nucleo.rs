@@ -4,7 +4,7 @@
 //! 600 blocks; `PICKET_BLOCKS=20000` for the long run.
 
 use fixed::types::I32F32;
-use host_tests::figures::Document;
+use host_tests::figures::hold;
 use host_tests::prepare_packages;
 use picket_dsp::Effort;
 use picket_dsp::acquire::codes::Codes;
@@ -189,13 +189,8 @@ fn thousands_of_blocks_and_every_record_right() {
     );
     assert!(footprint.flash <= flash::BUDGET.flash, "{footprint:?}");
     assert!(ram <= flash::BUDGET.ram, "{footprint:?} and {} of stack", status.stack);
-    let board = Document::board();
-    board.assert_states(
-        "flash # of # B, RAM # of # B without the stack",
-        &[footprint.flash, flash::BUDGET.flash, footprint.ram, flash::BUDGET.ram]
-            .map(|bytes| bytes as f64),
-    );
-    board.assert_states("| usual | # | at most", &[footprint.flash as f64]);
+    let bytes = [footprint.flash, footprint.ram].map(|bytes| bytes as f64);
+    hold("board, usual, bytes of flash and RAM without the stack", 1.0, &bytes);
 }
 
 #[test]
@@ -216,16 +211,18 @@ fn instructions_of_a_block() {
     // image starts.
     println!("{longest} instructions for a block of {N}");
     assert!(longest > 10_000 && longest < 50_000, "{longest}");
-    let document = Document::board();
-    document.assert_states("a block of 1024 takes this image # instructions", &[longest.into()]);
+    hold("board, instructions of a block", 1.0, &[longest.into()]);
     let found = rates::EFFORTS.map(|effort| worst_block::<Real>(effort) as f64);
     let found_iq = rates::EFFORTS.map(|effort| worst_block::<Iq>(effort) as f64);
-    // A long search finds more than the page says of a short one: it is printed.
+    // A long search finds more than a short one: it is printed.
     if std::env::var_os("PICKET_LONG").is_some() {
         return;
     }
-    let phrase = "found none that takes it more than # instructions at effort `look` and # at `one`, of I/Q # and #";
-    document.assert_states(phrase, &[found, found_iq].concat());
+    hold(
+        "board, instructions of the worst block that a short search finds",
+        1.0,
+        &[found, found_iq].concat(),
+    );
     // By the cycles that an instruction takes on the emulated core without wait states, and those of a record.
     for (found, most) in [found, found_iq].iter().zip(WORST_CYCLES) {
         for (instructions, most) in found.iter().zip(most) {
@@ -233,11 +230,6 @@ fn instructions_of_a_block() {
             println!("{cycles} cycles of {most}");
             assert!((0.95..=1.0).contains(&(cycles / most as f64)), "{cycles} of {most}");
         }
-    }
-    for rates in rates::nucleo() {
-        let [look, one] = rates.always_hz.unwrap();
-        let row = [rates.usual_hz, look, one].map(|rate_hz| rate_hz / 1e3);
-        document.assert_states(&format!("| {} | # | # | # |", rates.kind), &row);
     }
 }
 
@@ -327,14 +319,17 @@ fn a_tone_is_followed_and_a_held_one_leaves_the_core_asleep() {
         100.0 * held
     );
     assert!(held < 0.3, "{held}");
-    let document = Document::board();
-    document.assert_states("in # instructions instead of #", &[locked.into(), searched.into()]);
+    hold(
+        "board, instructions of a held block and of a search",
+        1.0,
+        &[locked.into(), searched.into()],
+    );
     let (footprint, stack) = (Footprint::from_elf(&image).unwrap(), status(&mut board).stack);
     println!("flash {} B, RAM {} B and {stack} B of stack", footprint.flash, footprint.ram);
     assert!(footprint.flash <= flash::TRACKING.flash, "{footprint:?}");
     let ram = footprint.ram + u64::from(stack);
     assert!(ram <= flash::TRACKING.ram, "{footprint:?}, {stack}");
-    document.assert_states("| `--tracking` | # | # |", &[footprint.flash as f64, ram as f64]);
+    hold("board, --tracking, bytes of flash and RAM", 1.0, &[footprint.flash as f64, ram as f64]);
 }
 
 #[test]

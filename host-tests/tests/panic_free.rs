@@ -2,7 +2,7 @@
 //! if the optimiser has found no way to a panic. Images that log are left out: the logger holds panics. At opt-level "z"
 //! the board's image stands for the front end.
 
-use host_tests::{every_image, has_core, has_image, prepare_packages};
+use host_tests::prepare_packages;
 use picket_host::toolchain::{Firmware, Profile, Target, ToolError};
 
 /// The function that does not exist.
@@ -23,33 +23,34 @@ fn assert_proved(bin: &str, target: Target, profiles: &[Profile]) {
 }
 
 #[test]
+#[ignore = "needs images of the Cortex-M3: cargo test --test all -- --ignored"]
 fn the_core_cannot_panic_on_cortex_m3() {
-    if has_core(Target::M3) {
-        assert_proved("core_check", Target::M3, &[Profile::Release]);
-    }
+    assert_proved("core_check", Target::M3, &[Profile::Release]);
 }
 
 #[test]
 fn the_core_cannot_panic_on_cortex_m4f() {
-    let profiles: &[_] =
-        if every_image() { &[Profile::Release, Profile::Size] } else { &[Profile::Release] };
-    assert_proved("core_check", Target::M4f, profiles);
+    assert_proved("core_check", Target::M4f, &[Profile::Release]);
+}
+
+#[test]
+#[ignore = "needs one more image: cargo test --test all -- --ignored"]
+fn the_core_for_size_cannot_panic_on_cortex_m4f() {
+    assert_proved("core_check", Target::M4f, &[Profile::Size]);
 }
 
 /// The float engine's transform is a crate that indexes and unwraps: only an optimiser for speed sees that none of it fails.
 #[test]
+#[ignore = "needs an image of the float engine: cargo test --test all -- --ignored"]
 fn the_float_engine_cannot_panic_on_cortex_m4f() {
-    if has_image("bench_f32") {
-        assert_proved("bench_f32", Target::M4f, &[Profile::Release]);
-    }
+    assert_proved("bench_f32", Target::M4f, &[Profile::Release]);
 }
 
 /// Several tones, their phases and what is made of them.
 #[test]
+#[ignore = "needs an image of several tones: cargo test --test all -- --ignored"]
 fn further_tones_cannot_panic_on_cortex_m4f() {
-    if has_image("bench_several") {
-        assert_proved("bench_several", Target::M4f, &[Profile::Release]);
-    }
+    assert_proved("bench_several", Target::M4f, &[Profile::Release]);
 }
 
 #[test]
@@ -58,10 +59,9 @@ fn the_instrument_cannot_panic_on_cortex_m33() {
 }
 
 #[test]
+#[ignore = "needs images of the Cortex-M55: cargo test --test all -- --ignored"]
 fn the_kernels_cannot_panic_on_cortex_m55() {
-    if has_core(Target::M55) {
-        assert_proved("kernels", Target::M55, &[Profile::Release]);
-    }
+    assert_proved("kernels", Target::M55, &[Profile::Release]);
 }
 
 #[test]
@@ -90,10 +90,8 @@ fn the_boards_image_of_sums_and_bursts_cannot_panic() {
 }
 
 #[test]
+#[ignore = "needs images of the Cortex-M0: cargo test --test all -- --ignored"]
 fn the_picos_image_cannot_panic() {
-    if !has_core(Target::M0) {
-        return;
-    }
     if let Err(error) = link("frontend_pico", Target::M0, Profile::Release, &["pico"]) {
         panic!("{error}\n{error:?}");
     }

@@ -1,6 +1,6 @@
-//! The analyser on real recordings. They lie beside the repository, not in it; without them every test
-//! here says that it was skipped.
+//! The analyser on real recordings: those of `host-tests/data`, and a generator's tone that is ignored unless it is named.
 
+use host_tests::{data, tone_1khz};
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::config::SPEED_OF_LIGHT;
 use picket_dsp::methods::registry::Method;
@@ -10,12 +10,7 @@ use picket_host::analyze::{self, Analysis, Answer};
 use picket_host::arithmetic::Arithmetic;
 use picket_host::estimator::{Estimator, parse};
 use picket_host::recording::Options;
-use std::path::PathBuf;
-
-fn shared(name: &str) -> Option<PathBuf> {
-    host_tests::shared(&format!("data/{name}"))
-}
-
+use picket_lab::docs::recordings::{self, Row};
 fn analysis(rate_hz: Option<f64>, n: usize, methods: &str) -> Analysis {
     Analysis {
         read: Options { rate_hz, ..Options::default() },
@@ -39,8 +34,9 @@ fn frequencies(answers: &[Answer], method: &str) -> Vec<f64> {
 /// clean part (43 of 4096 samples) within 0.01 Hz by every method for real samples, with these exceptions: the
 /// parabola, wrong by 1 Hz on every record, and the two whose half bins see most of the mirror image.
 #[test]
-fn tone_of_a_generator() {
-    let Some(file) = shared("tone_1kHz_pcm2900_i16_44100.bin") else { return };
+#[ignore = "needs a recording that is named: PICKET_TONE_1KHZ, see host-tests/data/README.md"]
+fn named_tone_of_a_generator() {
+    let file = tone_1khz();
     const TRUTH_HZ: f64 = 999.9963;
     const WIDE: [&str; 2] = ["aboutanios-mulgrew", "haqse"];
     let fit = |method: &&Method| method.fits::<picket_dsp::acquire::sample::Real>();
@@ -68,8 +64,9 @@ fn tone_of_a_generator() {
 /// the 43 is 0.17 mHz, and neither is sigma less nor more than three times that. The recorder's noise is 16 dB stronger near a rail,
 /// and differs from block to block.
 #[test]
-fn sigma_of_a_generator() {
-    let Some(file) = shared("tone_1kHz_pcm2900_i16_44100.bin") else { return };
+#[ignore = "needs a recording that is named: PICKET_TONE_1KHZ, see host-tests/data/README.md"]
+fn named_sigma_of_a_generator() {
+    let file = tone_1khz();
     for arithmetic in [Arithmetic::F64, Arithmetic::Target, Arithmetic::TargetFixed] {
         let analysis =
             Analysis { arithmetic, ..analysis(Some(44100.0), 4096, "least-squares-real") };
@@ -95,8 +92,9 @@ fn sigma_of_a_generator() {
 
 /// The firmware's arithmetic on the same blocks: within 1 mHz of the truth.
 #[test]
-fn tone_of_a_generator_on_the_target() {
-    let Some(file) = shared("tone_1kHz_pcm2900_i16_44100.bin") else { return };
+#[ignore = "needs a recording that is named: PICKET_TONE_1KHZ, see host-tests/data/README.md"]
+fn named_tone_of_a_generator_on_the_target() {
+    let file = tone_1khz();
     let mut analysis = analysis(Some(44100.0), 4096, "least-squares-real");
     analysis.arithmetic = Arithmetic::Target;
     let found = frequencies(&answers(&file, &analysis), "least-squares-real");
@@ -108,9 +106,8 @@ fn tone_of_a_generator_on_the_target() {
 /// Mains: 8 s frames under Hann's window follow the published track within 0.5 mHz.
 #[test]
 fn mains() {
-    let Some(file) = shared("mains50_092_ref.wav") else { return };
-    let Some(track) = shared("mains50_092_ref_track.csv") else { return };
-    let text = std::fs::read_to_string(track).unwrap();
+    let file = data("mains50_092_ref.wav");
+    let text = std::fs::read_to_string(data("mains50_092_ref_track.csv")).unwrap();
     let truth: Vec<f64> =
         text.lines().skip(1).map(|l| l.split(',').nth(1).unwrap().parse().unwrap()).collect();
     let all = answers(&file, &analysis(None, 3200, "grandke,candan-hann"));
@@ -129,9 +126,8 @@ fn mains() {
 #[test]
 fn mains_at_full_effort() {
     const BLOCK: usize = 4096;
-    let Some(file) = shared("mains50_092_ref.wav") else { return };
-    let Some(track) = shared("mains50_092_ref_track.csv") else { return };
-    let text = std::fs::read_to_string(track).unwrap();
+    let file = data("mains50_092_ref.wav");
+    let text = std::fs::read_to_string(data("mains50_092_ref_track.csv")).unwrap();
     // The first sample of a frame of 3200, the fundamental, a third of the third harmonic.
     let truth: Vec<(f64, f64)> = text
         .lines()
@@ -190,15 +186,16 @@ fn median(mut values: Vec<f64>) -> f64 {
 /// km/h within 1 %.
 #[test]
 fn car_and_motorcycle() {
-    let Some(file) = shared("cw24_car_moto_towards_i16_48000.bin") else { return };
+    let file = data("cw24_car_moto_towards_i16_48000.bin");
     let mut analysis = analysis(Some(48000.0), 4096, "least-squares-real,grandke");
     analysis.hop = Some(1024);
     analysis.band_hz = Some((300.0, 2500.0));
     let all = answers(&file, &analysis);
     let kmh = SPEED_OF_LIGHT / 24e9 / 2.0 / 0.9930 * 3.6;
+    // The times are those of the source, which the piece begins 8.192 s after.
     for (what, from, to, truth) in [("car", 10.5, 11.2, 47.06), ("motorcycle", 16.75, 17.05, 33.44)]
     {
-        let during = |answer: &&Answer| (from..to).contains(&answer.time_s.unwrap());
+        let during = |answer: &&Answer| (from..to).contains(&(answer.time_s.unwrap() + 8.192));
         let during: Vec<_> = all.iter().filter(during).cloned().collect();
         for method in ["least-squares-real", "grandke"] {
             let speed = median(frequencies(&during, method)) * kmh;
@@ -208,193 +205,16 @@ fn car_and_motorcycle() {
     }
 }
 
-/// What the table of docs/precision.md shows of a method on a recording, in the reference's unit.
-struct Shown {
-    file: &'static str,
-    options: &'static str,
-    reference: &'static str,
-    digits: usize,
-    /// The method, its figure, and how far that may be from the reference.
-    rows: Vec<(&'static str, f64, f64, f64)>,
-}
-
-/// The second column of a reference track and the third: start of the frame in samples, then `column`.
-fn track(name: &str, column: usize) -> Option<Vec<(f64, f64)>> {
-    let text = std::fs::read_to_string(shared(name)?).unwrap();
-    let number = |line: &str, column: usize| line.split(',').nth(column).unwrap().parse().unwrap();
-    Some(text.lines().skip(1).map(|line| (number(line, 0), number(line, column))).collect())
-}
-
-fn shown() -> Option<Vec<Shown>> {
-    let mut all = Vec::new();
-    // A generator: the mean of 43 clean blocks.
-    let file = "tone_1kHz_pcm2900_i16_44100.bin";
-    let methods = "least-squares-real,z-rife,quinn2,haqse";
-    let answers_of = |file: &str, analysis: &Analysis| Some(answers(&shared(file)?, analysis));
-    let clean: Vec<_> = answers_of(file, &analysis(Some(44100.0), 4096, methods))?
-        .into_iter()
-        .filter(|a| a.block < 43)
-        .collect();
-    let rows = methods.split(',').map(|method| {
-        let worst =
-            frequencies(&clean, method).iter().map(|f| (f - 999.9963).abs()).fold(0.0, f64::max);
-        let most = if method == "least-squares-real" { 1.0 } else { 14.0 };
-        (method, worst * 1e3, 0.0, most)
-    });
-    all.push(Shown {
-        file: "1 kHz generator, worst error of 43 blocks, mHz",
-        options: "--rate 44100 --n 4096",
-        reference: "999.9963 Hz ± 1 mHz",
-        digits: 2,
-        rows: rows.collect(),
-    });
-    // Mains against its third harmonic.
-    let truth = track("mains50_092_ref_track.csv", 1)?;
-    let methods = "grandke,candan-hann,least-squares-real";
-    let mains = answers_of("mains50_092_ref.wav", &analysis(None, 3200, methods))?;
-    let rows = methods.split(',').map(|method| {
-        let errors =
-            frequencies(&mains, method).into_iter().zip(&truth).map(|(f, t)| (f - t.1).powi(2));
-        let errors: Vec<f64> = errors.collect();
-        let rms = (errors.iter().sum::<f64>() / errors.len() as f64).sqrt() * 1e3;
-        (method, rms, 0.0, if method == "least-squares-real" { 2.0 } else { 0.3 })
-    });
-    all.push(Shown {
-        file: "50 Hz mains, rms difference from the track, mHz",
-        options: "--n 3200",
-        reference: "third harmonic / 3",
-        digits: 2,
-        rows: rows.collect(),
-    });
-    // A car and a motorcycle.
-    let methods = "least-squares-real,grandke";
-    let mut plan = analysis(Some(48000.0), 4096, methods);
-    plan.hop = Some(1024);
-    plan.band_hz = Some((300.0, 2500.0));
-    let both = answers_of("cw24_car_moto_towards_i16_48000.bin", &plan)?;
-    let kmh = SPEED_OF_LIGHT / 24e9 / 2.0 / 0.9930 * 3.6;
-    for (file, reference, from, to, truth) in [
-        ("car, median speed, km/h", "47.06 km/h", 10.5, 11.2, 47.06),
-        ("motorcycle, median speed, km/h", "33.44 km/h", 16.75, 17.05, 33.44),
-    ] {
-        let during = |answer: &&Answer| (from..to).contains(&answer.time_s.unwrap());
-        let during: Vec<_> = both.iter().filter(during).cloned().collect();
-        let rows = methods
-            .split(',')
-            .map(|m| (m, median(frequencies(&during, m)) * kmh, truth, 0.01 * truth));
-        all.push(Shown {
-            file,
-            options: "--rate 48000 --n 4096 --hop 1024 --band 300:2500",
-            reference,
-            digits: 2,
-            rows: rows.collect(),
-        });
-    }
-    // A car going away, frame by frame.
-    let truth = track("cw24_car_away_ref_track.csv", 2)?;
-    let mut plan = analysis(None, 4096, methods);
-    plan.hop = Some(2048);
-    plan.band_hz = Some((300.0, 3600.0));
-    let away = answers_of("cw24_car_away.wav", &plan)?;
-    let rows = methods.split(',').map(|method| {
-        let mut differences = Vec::new();
-        // Where the car is not seen, the analyser says weak: 10 of 64 frames.
-        for answer in away.iter().filter(|a| a.method == method && a.verdict != "weak") {
-            let start = answer.time_s.unwrap() * 44100.0 - 2048.0;
-            let frame = truth.iter().find(|t| (t.0 - start).abs() < 1.0);
-            if let Some((_, f)) = frame.filter(|_| (12.0..15.0).contains(&answer.time_s.unwrap())) {
-                differences.push((answer.frequency_hz.unwrap() - f).powi(2));
-            }
-        }
-        assert!(differences.len() >= 54, "{}", differences.len());
-        (method, (differences.iter().sum::<f64>() / differences.len() as f64).sqrt(), 0.0, 4.0)
-    });
-    all.push(Shown {
-        file: "car going away, 12 to 15 s, frames not weak, rms difference from the track, Hz",
-        options: "--n 4096 --hop 2048 --band 300:3600",
-        reference: "1648 to 1662 Hz",
-        digits: 2,
-        rows: rows.collect(),
-    });
-    // An ice radar: 20 chirps.
-    let methods = "grandke,candan-hann,least-squares-real";
-    let mut plan = analysis(Some(40000.0), 32000, methods);
-    plan.hop = Some(40001);
-    plan.skip = 4000;
-    plan.band_hz = Some((20.0, 200.0));
-    let ice = answers_of("fmcw_apres_20x40001_i16_40000.bin", &plan)?;
-    let rows = methods.split(',').map(|method| {
-        let found = frequencies(&ice, method);
-        let mean = found.iter().sum::<f64>() / found.len() as f64;
-        // Several returns a bin apart: the reference's Blackman window tells more of them apart than Hann's, and a fit of
-        // one tone says that there is more than one.
-        let mut own = ice.iter().filter(|a| a.method == "least-squares-real");
-        assert!(own.all(|answer| answer.verdict == "unresolved"));
-        (method, mean, 55.03, if method == "least-squares-real" { 1.3 } else { 0.5 })
-    });
-    all.push(Shown {
-        file: "ice radar, mean of 20 chirps, Hz",
-        options: "--rate 40000 --n 32000 --hop 40001 --skip 4000 --band 20:200",
-        reference: "55.03 Hz, sd 0.09",
-        digits: 2,
-        rows: rows.collect(),
-    });
-    // Two ranges before a 122 GHz radar, in cycles of its 64 I/Q samples.
-    let methods = "least-squares,z-rife,fesa,grandke";
-    for (name, file, reference, truth) in [
-        ("fmcw_sirad122_target30cm.csv", "122 GHz radar, target at 30 cm, cycles", "-7.98", -7.98),
-        (
-            "fmcw_sirad122_target60cm.csv",
-            "122 GHz radar, target at 60 cm, cycles",
-            "about -15.0",
-            -15.0,
-        ),
-    ] {
-        let mut plan = analysis(Some(64.0), 64, methods);
-        plan.read.iq = true;
-        plan.band_hz = Some((-32.0, -4.0));
-        let found = answers_of(name, &plan)?;
-        // One cycle on a record of 64 with a stronger line nearby: FESA's autocorrelation sees both.
-        let most = |method| if method == "fesa" { 1.1 } else { 0.3 };
-        let rows = methods.split(',').map(|m| (m, frequencies(&found, m)[0], truth, most(m)));
-        all.push(Shown {
-            file,
-            options: "--rate 64 --n 64 --iq --band -32:-4",
-            reference,
-            digits: 2,
-            rows: rows.collect(),
-        });
-    }
-    Some(all)
-}
-
-/// The table of recordings is what the analyser answers, and near the references.
+/// What docs/precision.md shows of each recording is near its reference.
 #[test]
 fn the_table_of_recordings() {
-    let Some(all) = shown() else { return };
-    let page = include_str!("../../docs/precision.md");
-    let mut missing = Vec::new();
-    for shown in &all {
-        let digits = shown.digits;
-        let found: Vec<String> =
-            shown.rows.iter().map(|row| format!("{} {:.digits$}", row.0, row.1)).collect();
-        let line = format!(
-            "| {} | `{}` | {} | {} |",
-            shown.file,
-            shown.options,
-            shown.reference,
-            found.join("; ")
-        );
-        println!("{line}");
-        if !page.contains(&line) {
-            missing.push(line);
-        }
-        for (method, value, reference, tolerance) in &shown.rows {
+    for shown in recordings::all().unwrap() {
+        for Row { method, value, reference, tolerance } in &shown.rows {
+            println!("{}, {method}: {value:.3}, reference {reference}", shown.figure);
             let error = (value - reference).abs();
-            assert!(error <= *tolerance, "{}, {method}: {value}, not {reference}", shown.file);
+            assert!(error <= *tolerance, "{}, {method}: {value}, not {reference}", shown.figure);
         }
     }
-    assert!(missing.is_empty(), "not in docs/precision.md:\n{}", missing.join("\n"));
 }
 
 /// The 122 GHz radar's targets lie at negative frequencies of its rising sweep: its receiver conjugates the transmitted signal. With that
@@ -412,8 +232,7 @@ fn the_122_ghz_radar_conjugates_the_transmitted_signal() {
     for (name, range_m) in
         [("fmcw_sirad122_target30cm.csv", 0.311), ("fmcw_sirad122_target60cm.csv", 0.588)]
     {
-        let Some(file) = shared(name) else { return };
-        let text = std::fs::read_to_string(file).unwrap();
+        let text = std::fs::read_to_string(data(name)).unwrap();
         let parts = text.lines().skip(1).map(|line| {
             let (i, q) = line.split_once(',').unwrap();
             Iq::from_parts([i, q].map(|part| part.trim().parse().unwrap()))

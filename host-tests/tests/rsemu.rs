@@ -35,7 +35,7 @@ use settings::{chirp, tone};
 
 #[test]
 fn it_starts_by_the_crystal_and_measures() {
-    let Some((mut board, boot)) = Emulated::start(&tone(500e3)) else { return };
+    let (mut board, boot) = Emulated::start(&tone(500e3));
     assert_eq!((boot.clock, boot.core_hz), (Clock::External, 180_000_000));
     assert!(boot.measuring && boot.origin == Origin::Flash && !boot.unfit, "{boot:?}");
     board.run(20_000);
@@ -50,7 +50,7 @@ fn it_starts_by_the_crystal_and_measures() {
 /// Settings that were not saved live until the second reset, and each start is told with its cause.
 #[test]
 fn it_restarts_twice_in_a_row() {
-    let Some((mut board, _)) = Emulated::start(&tone(500e3)) else { return };
+    let (mut board, _) = Emulated::start(&tone(500e3));
     board.request(Command::SetSettings(tone(250e3), N)).unwrap();
     let starts = [(Origin::Host, 250e3), (Origin::Flash, 500e3), (Origin::Flash, 500e3)];
     for (before, (origin, rate_hz)) in starts.into_iter().enumerate() {
@@ -75,7 +75,7 @@ fn it_stays_up_without_blocks() {
     for (name, settings) in
         [("stopped", stopped), ("unfit", unfit), ("external", external), ("100 S/s", tone(100.0))]
     {
-        let Some(mut board) = Emulated::plug() else { return };
+        let mut board = Emulated::plug();
         // It sleeps nearly all the time.
         board.order("quantum 1000");
         let mut sectors = Sectors::new();
@@ -129,7 +129,7 @@ fn the_watchdog_bites_when_what_is_due_stays_away() {
         (slow, Dead::Dma, 2.0 * 1024.0 / 250.0),
     ] {
         let label = format!("{:?} at {} S/s, {dead:?}", settings.drive, settings.config.rate_hz);
-        let Some((mut board, _)) = Emulated::start(&settings) else { return };
+        let (mut board, _) = Emulated::start(&settings);
         board.pulses(8_000);
         board.run(30_000);
         let from = board.now;
@@ -156,7 +156,7 @@ fn the_watchdog_bites_when_what_is_due_stays_away() {
 /// Three bites in a row, each within a minute: the board starts stopped, tells so, and an order starts it.
 #[test]
 fn a_crash_loop_ends_stopped() {
-    let Some((mut board, boot)) = Emulated::start(&tone(500e3)) else { return };
+    let (mut board, boot) = Emulated::start(&tone(500e3));
     assert!(boot.measuring && !boot.halted, "{boot:?}");
     let crash = |board: &mut Emulated| {
         let bites = board.resets.len();
@@ -183,7 +183,7 @@ fn a_crash_loop_ends_stopped() {
 #[test]
 fn a_source_may_pause_as_long_as_it_likes() {
     let settings = chirp(500e3, Shape::Trapezoid, 32, Drive::External);
-    let Some((mut board, _)) = Emulated::start(&settings) else { return };
+    let (mut board, _) = Emulated::start(&settings);
     board.pulses(1_000_000);
     board.run(3_000_000);
     let blocks = board.status().counters.blocks;
@@ -198,7 +198,7 @@ fn a_source_may_pause_as_long_as_it_likes() {
 /// The crystal's clock fails while the board measures: it goes on by its own, and tells.
 #[test]
 fn it_outlives_its_crystal() {
-    let Some(mut board) = Emulated::plug() else { return };
+    let mut board = Emulated::plug();
     let codes: Vec<u8> = streams::table(900.0).into_iter().flat_map(u16::to_le_bytes).collect();
     board.order(&format!("input 0 table {}", board::file(&codes).display()));
     let mut sectors = Sectors::new();
@@ -240,7 +240,7 @@ fn it_does_not_start_by_another_crystal() {
         (7_400_000, Clock::Internal),
         (8_300_000, Clock::External),
     ] {
-        let Some(mut board) = Emulated::plug() else { return };
+        let mut board = Emulated::plug();
         board.order(&format!("hse {hse_hz}"));
         let (mut board, boot) = board.power();
         assert_eq!(
@@ -259,7 +259,7 @@ fn the_crystal_is_watched() {
     for (lsi_hz, divider, kind) in
         [(32_000, 1, 0), (20_000, 1, 0), (60_000, 4, 0), (32_000, 2, 3), (40_000, 3, 3)]
     {
-        let Some(mut board) = Emulated::plug() else { return };
+        let mut board = Emulated::plug();
         let mut sectors = Sectors::new();
         sectors.save(&Settings { start: false, ..tone(500e3) });
         board.load(&sectors);

@@ -388,9 +388,9 @@ fn each_verdict(arithmetic: Arithmetic) {
 /// A recording of a 1 kHz generator through a sound card, 44100 samples a second; its first 4 seconds are
 /// clean. About 7 % of the samples clip, so noise and sigma come from the others.
 #[test]
-fn a_recorded_tone() {
-    let Some(file) = host_tests::shared("data/tone_1kHz_pcm2900_i16_44100.bin") else { return };
-    let bytes = std::fs::read(file).unwrap();
+#[ignore = "needs a recording that is named: PICKET_TONE_1KHZ, see host-tests/data/README.md"]
+fn named_a_recorded_tone_of_a_generator() {
+    let bytes = std::fs::read(host_tests::tone_1khz()).unwrap();
     let samples: Vec<i16> = bytes.as_chunks().0.iter().map(|&b| i16::from_le_bytes(b)).collect();
     let config = Config {
         rate_hz: 44100.0,

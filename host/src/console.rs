@@ -82,7 +82,7 @@ impl Console {
 
     /// The next thing for which `wanted` gives something; what comes before is passed over.
     pub fn expect<T>(&mut self, mut wanted: impl FnMut(Said) -> Option<T>) -> Result<T, RunError> {
-        const LIMIT: Duration = Duration::from_secs(20);
+        const LIMIT: Duration = Duration::from_secs(60);
         let end = Instant::now() + LIMIT;
         while let Some(said) = self.hear(end.saturating_duration_since(Instant::now()))? {
             if let Some(wanted) = wanted(said) {

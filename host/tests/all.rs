@@ -14,7 +14,6 @@ mod end;
 mod explain;
 mod five;
 mod formats;
-mod house;
 mod left_out;
 mod overwrite;
 mod program;

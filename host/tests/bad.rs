@@ -215,7 +215,7 @@ fn run(arguments: &[String], folder: &Path) -> (Output, bool) {
         bytes
     });
     let begun = Instant::now();
-    while child.try_wait().unwrap().is_none() && begun.elapsed() < Duration::from_secs(20) {
+    while child.try_wait().unwrap().is_none() && begun.elapsed() < Duration::from_secs(60) {
         std::thread::sleep(Duration::from_millis(1));
     }
     let slow = child.try_wait().unwrap().is_none();

@@ -271,7 +271,7 @@ fn board(mut port: serialport::TTYPort, tell: mpsc::Sender<Order>) {
         let bench = Bench { records: 20, ..BENCH };
         let (mut reader, mut settings) = (Reader::default(), bench.settings());
         let (mut seed, mut idle) = (0, 0);
-        while idle < 400 {
+        while idle < 12_000 {
             let mut bytes = [0; 256];
             let count = port.read(&mut bytes).unwrap_or(0);
             idle = if count > 0 { 0 } else { idle + 1 };

@@ -160,50 +160,27 @@ fn track(path: &Path) -> HashMap<u64, f64> {
         .collect()
 }
 
-/// Where other people's recordings are, beside the repository.
-const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data");
-const CAR: &str = "cw24_car_moto_towards_i16_48000.bin";
-
-/// The demo's arguments for the recording of a car; none, and a line that says so, where that is absent.
-fn replay_of_the_car() -> Option<Vec<String>> {
-    let file = Path::new(DATA).join(CAR);
-    if !file.exists() {
-        println!("skipped: the recording of a car is not beside the repository");
-        return None;
-    }
-    let page = include_str!("../../docs/precision.md");
-    let (_, options) = page.split_once("$ cargo picket demo --replay car.bin ").unwrap();
-    let options = options.lines().next().unwrap().split(' ').map(str::to_owned);
-    Some(["--replay".into(), file.to_str().unwrap().into()].into_iter().chain(options).collect())
-}
-
-#[test]
-fn the_page_shows_what_a_replay_prints() {
-    let Some(arguments) = replay_of_the_car() else { return };
-    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    let printed = String::from_utf8(demo(&arguments).stdout).unwrap();
-    let page = include_str!("../../docs/precision.md");
-    let (_, shown) = page.split_once("--replay car.bin").unwrap();
-    let (shown, _) = shown.split_once("\n```").unwrap();
-    for line in shown.lines().skip(1) {
-        assert!(printed.lines().any(|other| other.trim_end() == line), "not printed: {line}");
-    }
-}
-
+/// The car before a radar of `host-tests/data`, from the piece's begin on: 8.192 s of its source.
 #[test]
 fn the_car_follows_its_reference_track() {
-    let Some(mut arguments) = replay_of_the_car() else { return };
-    arguments.push("--json".into());
-    let lines = lines(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
-    assert_eq!(lines.len(), 252);
-    let track = track(&Path::new(DATA).join("cw24_car_moto_towards_ref_track.csv"));
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tests/data");
+    let file = data.join("cw24_car_moto_towards_i16_48000.bin");
+    let options = "--rate 48000 --n 4096 --band 300:2500 --carrier-hz 24e9 --json";
+    let replay = ["--replay", file.to_str().unwrap()];
+    let lines = lines(&replay.into_iter().chain(options.split(' ')).collect::<Vec<_>>());
+    assert_eq!(lines.len(), 116);
+    let track = track(&data.join("cw24_car_moto_towards_ref_track.csv"));
     let mut compared = 0;
     for line in &lines {
         let start = number(line, "block") as u64 * 4096;
-        let steady =
-            |other: u64| track.get(&other).is_some_and(|f| (f - track[&start]).abs() < 10.0);
-        let time = number(line, "time_s");
-        if (9.0..11.6).contains(&time) && steady(start - 2048) && steady(start + 2048) {
+        let near = |other: u64| {
+            track
+                .get(&other)
+                .zip(track.get(&start))
+                .is_some_and(|(f, here)| (f - here).abs() < 10.0)
+        };
+        let time = 8.192 + number(line, "time_s");
+        if (9.0..11.6).contains(&time) && near(start - 2048) && near(start + 2048) {
             let error = number(line, "frequency_hz") - track[&start];
             assert!(error.abs() < 5.0, "{line}: {error}");
             compared += 1;
@@ -257,21 +234,6 @@ fn bad_input_is_one_line_that_says_what_to_do() {
         assert_eq!(errors.trim_end().lines().count(), 1, "{arguments:?}: {errors}");
         assert!(errors.contains(hint), "{arguments:?}: {errors}");
     }
-}
-
-#[test]
-fn the_readme_shows_what_the_demo_prints() {
-    let readme = include_str!("../../README.md");
-    let (_, shown) = readme.split_once("$ cargo picket demo\n").unwrap();
-    let (shown, _) = shown.split_once("\n```").unwrap();
-    let printed = String::from_utf8(demo(&[]).stdout).unwrap();
-    let trimmed: Vec<&str> = printed.trim_end().lines().map(str::trim_end).collect();
-    let trimmed = trimmed.join("\n");
-    println!("{trimmed}");
-    // Its first rows and its last lines; what is left out are rows.
-    let (first, last) = shown.split_once("\n...\n").unwrap();
-    assert!(trimmed.starts_with(&format!("{first}\n")), "{first}");
-    assert!(trimmed.ends_with(&format!("\n{last}")), "{last}");
 }
 
 /// On a machine without any tool: what this program measures by itself has been shown when the error comes.
@@ -337,9 +299,7 @@ fn a_drive_is_followed() {
     }
     let text = String::from_utf8(output.stdout).unwrap();
     println!("{text}");
-    let last = &text[text.find("tracked in").unwrap()..];
-    let page = include_str!("../../docs/precision.md");
-    assert!(page.contains(last), "docs/precision.md does not say:\n{last}");
+    assert!(text.contains("tracked in"), "{text}");
 }
 
 /// Ten micrometres from the phase: the swing within a twentieth, its noise within a tenth of the bound, with any seed.
@@ -366,23 +326,14 @@ fn a_vibration_is_seen_in_the_phase() {
     assert!(text.contains("400 of 400 ramps good") && picture.exists(), "{text}");
 }
 
-/// What the page on signals shows of a scene is printed, and its picture is drawn.
-fn the_page_shows(scenario: &str) {
+/// A scene is summed up, and its picture is drawn.
+fn is_drawn(scenario: &str) {
     let folder = tempfile::tempdir().unwrap();
     let picture = folder.path().join(format!("{scenario}.svg"));
     let output = demo(&["--scenario", scenario, "--plot", picture.to_str().unwrap()]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let text = String::from_utf8(output.stdout).unwrap();
-    let (_, last) = text.rsplit_once("\n\n").unwrap();
-    let page = include_str!("../../docs/signals.md");
-    assert!(page.contains(last), "docs/signals.md does not say:\n{last}");
-    let shown = format!("{}/../docs/{scenario}.svg", env!("CARGO_MANIFEST_DIR"));
-    let [drawn, shown] =
-        [picture.as_path(), Path::new(&shown)].map(|file| std::fs::read_to_string(file).unwrap());
-    assert!(
-        drawn == shown,
-        "cargo picket demo --scenario {scenario} --plot docs/{scenario}.svg --force"
-    );
+    assert!(!output.stdout.is_empty());
+    assert!(std::fs::read_to_string(picture).unwrap().trim_end().ends_with("</svg>"));
 }
 
 /// How many seeds of a scene are taken.
@@ -420,7 +371,7 @@ fn a_turbulent_flow_has_its_mean_and_rms() {
     assert!(mean.abs() < 0.003 && rms.abs() < 0.03, "{mean} {rms}");
     // Fast particles come more often: with equal weights the mean is too high by the square of the turbulence, which is outside.
     assert!((alike - 0.01).abs() < 0.003, "{alike}");
-    the_page_shows("ldv");
+    is_drawn("ldv");
     let lines = lines(&["--scenario", "ldv", "--json", "--snr-db", "10"]);
     let (summary, rows) = lines.split_last().unwrap();
     assert_eq!(number(summary, "bursts"), rows.len() as f64);
@@ -458,12 +409,12 @@ fn wind_below_the_noise_is_measured() {
     // Another ten decibels below, a hundred blocks are too few.
     let weak = wind::Summary::of(&wind::measured(1, -30.0, Board::Mps2).unwrap(), -30.0);
     assert!(!weak.inside(), "{weak:?}");
-    the_page_shows("wind");
+    is_drawn("wind");
 }
 
-/// The NUCLEO's image on its emulator measures what the core does here: a round of wind, and in the long form (some minutes) the flow.
+/// The NUCLEO's image on its emulator measures what the core does here: a round of wind.
 #[test]
-fn the_emulated_board_measures_wind_and_flow() {
+fn the_emulated_board_measures_wind() {
     let [here, board] =
         [Board::Mps2, Board::Nucleo].map(|board| wind::measured(1, -20.0, board).unwrap());
     assert_eq!(here.len(), board.len());
@@ -474,10 +425,12 @@ fn the_emulated_board_measures_wind_and_flow() {
         assert!(apart < 1e-3 && verdicts[0] == verdicts[1], "{azimuth}: {apart} {verdicts:?}");
     }
     assert!(wind::Summary::of(&board, -20.0).inside());
-    if std::env::var_os("PICKET_LONG").is_none() {
-        println!("skipped: the flow through the board takes some minutes (PICKET_LONG=1)");
-        return;
-    }
+}
+
+/// The flow, too.
+#[test]
+#[ignore = "needs some minutes: cargo test -p picket-host --test all -- --ignored flow"]
+fn the_emulated_board_measures_a_flow() {
     let [here, board] =
         [Board::Mps2, Board::Nucleo].map(|board| ldv::measured(1, 20.0, board).unwrap());
     assert_eq!(here.0.len(), board.0.len());
@@ -505,7 +458,7 @@ fn a_fans_body_is_measured_beside_its_blades() {
         // Of 24 squares the mean is known to 29 %, one sigma.
         assert!(summary.sigmas < 1.45, "seed {seed}");
     }
-    the_page_shows("fan");
+    is_drawn("fan");
 }
 
 /// Speckle of a spot of 1 mm leaves the paper's own error, and more at speed.

@@ -179,8 +179,6 @@ fn people_read_a_table_and_see_a_picture() {
         "{text}"
     );
     let picture = fs::read_to_string(picture).unwrap();
-    let shown = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/explain-moving.svg");
-    assert!(picture == fs::read_to_string(shown).unwrap(), "{shown} is another picture");
     for series in ["the fitted tone", "what the fit leaves", "noise beside the tone"] {
         assert!(picture.contains(series), "{series}");
     }

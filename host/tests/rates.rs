@@ -9,7 +9,8 @@ use picket_wire::command::{Command as Order, Request};
 use picket_wire::frame::Reader;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::Command;
-use std::sync::mpsc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
 /// What is shown of bytes.
@@ -102,23 +103,22 @@ fn without_a_rate_the_heading_says_so() {
     assert!(told.iter().all(|row| row.0.round() == 10_000.0), "{told:?}");
 }
 
-/// Answers orders on a port until it has gone; tells each.
+/// Answers orders on a port, and tells each.
 fn answering(
     mut port: serialport::TTYPort,
     rate_hz: f64,
     after: Vec<u8>,
     tell: mpsc::Sender<Order>,
-) -> std::thread::JoinHandle<serialport::TTYPort> {
+) -> Answering {
     use serialport::SerialPort;
     port.set_timeout(Duration::from_millis(20)).unwrap();
-    std::thread::spawn(move || {
+    let ends = Arc::new(AtomicBool::new(false));
+    let ended = ends.clone();
+    let thread = std::thread::spawn(move || {
         let (mut reader, mut after) = (Reader::default(), Some(after));
-        let mut quiet = 0;
-        // It stops when nothing has come for a while.
-        while quiet < 40 {
+        while !ended.load(Ordering::Relaxed) {
             let mut bytes = [0; 256];
             let count = port.read(&mut bytes).unwrap_or(0);
-            quiet = if count > 0 { 0 } else { quiet + 1 };
             for &byte in &bytes[..count] {
                 let Some(Ok(frame)) = reader.push(byte) else { continue };
                 let Ok(request) = Request::from_frame(&frame) else { continue };
@@ -132,7 +132,22 @@ fn answering(
             }
         }
         port
-    })
+    });
+    Answering { ends, thread }
+}
+
+/// A board that answers until it is told to end.
+struct Answering {
+    ends: Arc<AtomicBool>,
+    thread: std::thread::JoinHandle<serialport::TTYPort>,
+}
+
+impl Answering {
+    /// Its end of the port.
+    fn end(self) -> serialport::TTYPort {
+        self.ends.store(true, Ordering::Relaxed);
+        self.thread.join().unwrap()
+    }
 }
 
 fn asked(orders: &mpsc::Receiver<Order>) -> usize {
@@ -157,7 +172,7 @@ fn the_settings_are_asked_for_again() {
         let hertz: Vec<f64> =
             numbers(&rows).into_iter().filter(|row| row.1.is_some()).map(|row| row.0).collect();
         assert_eq!(hertz.last().unwrap().round(), 10_000.0, "{scene:?}: {rows}");
-        drop(board.join().unwrap());
+        drop(board.end());
         assert!(asked(&orders) >= 2, "{scene:?}: it is asked once");
     }
     let name = path("port-rates-again");
@@ -175,9 +190,11 @@ fn the_settings_are_asked_for_again() {
     };
     assert_eq!(next(3), [25_000.0; 3]);
     std::fs::remove_file(&name).unwrap();
-    drop((board.join().unwrap(), theirs));
+    drop((board.end(), theirs));
     assert!(asked(&orders) >= 1);
-    std::thread::sleep(Duration::from_millis(500));
+    let stderr = BufReader::new(running.0.stderr.take().unwrap());
+    let mut told = stderr.lines().map(|line| line.unwrap());
+    assert!(told.any(|line| line.contains("is gone; waiting for it")));
     let (ours, _theirs) = plug(&name);
     // Its answer is of the old rate still: a record is believed.
     let _board = answering(ours, RATES[0], after, tell);

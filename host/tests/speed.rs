@@ -29,6 +29,7 @@ print(len(found) / (time.perf_counter() - begun))
 /// Ten minutes at 48 kHz in blocks of 4096 samples, on one core: `picket analyze` with its reading of the file, and NumPy
 /// without. Seed 44.
 #[test]
+#[ignore = "prints how fast this machine is: cargo test -p picket-host --test all -- --ignored --nocapture speed"]
 fn ten_minutes() {
     let path = file("ten-minutes.wav", &[]);
     let spec = hound::WavSpec {

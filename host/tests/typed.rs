@@ -1,5 +1,5 @@
-//! Every command of the documents: README, the pages in docs/ and the recipes. What can run here is run as it stands there, from a clean folder,
-//! and prints what is shown; the others are at least commands that exist.
+//! Every command of the documents: README, the pages in docs/ and the recipes. What can run here is run as it stands there, from a clean folder;
+//! the others are at least commands that exist. What they print is compared where it is a figure: by `lab docs`.
 
 use crate::calibrate::BENCH;
 use crate::cli::fresh;
@@ -41,15 +41,12 @@ const LEFT_OUT: [(&str, &str); 14] = [
     ),
     (
         "cargo picket demo --board pico --replay car.bin",
-        "the recording is another's; host-tests/tests/pico.rs replays it where it is",
+        "the reader's recording; host-tests/tests/pico/demo.rs replays one",
     ),
-    (
-        "cargo picket demo --replay car.bin",
-        "the recording is another's; tests/demo.rs replays it where it is",
-    ),
+    ("cargo picket demo --replay car.bin", "the reader's recording; tests/demo.rs replays one"),
 ];
 
-/// Beginnings of commands that take minutes: `PICKET_TYPED=all` runs them, too. Else who runs what is in them.
+/// Beginnings of commands that take minutes, and who runs what is in them.
 const LONG: [(&str, &str); 9] = [
     ("cargo picket flash --board pico --dry-run", "host-tests/tests/pico.rs builds the image"),
     ("cargo picket demo --board pico", "host-tests/tests/pico.rs runs it"),
@@ -62,11 +59,10 @@ const LONG: [(&str, &str); 9] = [
     ("cargo lab soak", "tests/soak.rs runs it for some lives"),
 ];
 
-/// A command with what is shown below it.
+/// A command of a page.
 struct Shown {
     page: String,
     command: String,
-    output: String,
 }
 
 fn pages() -> Vec<(String, String)> {
@@ -89,13 +85,9 @@ fn shown() -> Vec<Shown> {
         for block in text.split("```console\n").skip(1) {
             let block = block.split("```").next().unwrap();
             for part in format!("\n{block}").split("\n$ ").skip(1) {
-                let (command, output) = part.split_once('\n').unwrap_or((part, ""));
+                let command = part.lines().next().unwrap_or(part);
                 let command = command.split("  #").next().unwrap().trim().to_owned();
-                all.push(Shown {
-                    page: page.clone(),
-                    command,
-                    output: output.trim_end().to_owned(),
-                });
+                all.push(Shown { page: page.clone(), command });
             }
         }
     }
@@ -168,47 +160,47 @@ fn left_out(command: &str, all: bool) -> Option<&'static str> {
 
 /// Pages are typed beside each other, each in a folder of its own.
 #[test]
-fn what_the_documents_print_is_what_happens() {
-    let all = std::env::var("PICKET_TYPED").is_ok_and(|what| what == "all");
-    let pages: Vec<_> = pages().into_par_iter().map(|(page, _)| typed_page(&page, all)).collect();
-    // A failure on another thread would be told to nobody.
-    let ran: usize =
-        pages.into_iter().map(|page| page.unwrap_or_else(|wrong| panic!("{wrong}"))).sum();
-    println!("{ran} commands were run");
-    assert!(ran >= 10, "{ran} commands were run");
-    let shown = shown();
+fn the_commands_of_the_documents_run() {
+    let shown = type_pages(false);
     for (beginning, _) in LEFT_OUT.iter().chain(&LONG) {
         let still = shown.iter().any(|shown| shown.command.starts_with(beginning));
         assert!(still, "{beginning} is in no document: it need not be left out");
     }
 }
 
-/// Types the commands of a page, and compares what they print. Returns how many ran, or what is wrong.
+#[test]
+#[ignore = "needs many minutes: cargo test -p picket-host --test all -- --ignored typed"]
+fn the_long_commands_of_the_documents_run() {
+    type_pages(true);
+}
+
+fn type_pages(all: bool) -> Vec<Shown> {
+    let pages: Vec<_> = pages().into_par_iter().map(|(page, _)| typed_page(&page, all)).collect();
+    // A failure on another thread would be told to nobody.
+    let ran: usize =
+        pages.into_iter().map(|page| page.unwrap_or_else(|wrong| panic!("{wrong}"))).sum();
+    println!("{ran} commands were run");
+    assert!(ran >= 10, "{ran} commands were run");
+    shown()
+}
+
+/// Types the commands of a page. Returns how many ran, or what is wrong.
 fn typed_page(page: &str, all: bool) -> Result<usize, String> {
     let folder = folder(page);
     let mut ran = 0;
-    for Shown { command, output, .. } in shown().into_iter().filter(|shown| shown.page == page) {
+    for Shown { command, .. } in shown().into_iter().filter(|shown| shown.page == page) {
         if let Some(why) = left_out(&command, all) {
             println!("{page}: left out: {command}: {why}");
             continue;
         }
         let begun = std::time::Instant::now();
         let done = typed(&command, &folder);
-        let said = String::from_utf8_lossy(&done.stdout).into_owned();
         let errors = String::from_utf8_lossy(&done.stderr).into_owned();
         if !done.status.success() {
             return Err(format!("{page}: {command}: {errors}"));
         }
         ran += 1;
         println!("{page}: ran in {:.1} s: {command}", begun.elapsed().as_secs_f64());
-        // An excerpt has a line of dots where something is left out.
-        for line in output.lines().map(str::trim_end).filter(|line| *line != "...") {
-            if !said.lines().chain(errors.lines()).any(|other| other.trim_end() == line) {
-                return Err(format!(
-                    "{page}: {command}\ndoes not print\n{line}\nbut\n{said}{errors}"
-                ));
-            }
-        }
     }
     Ok(ran)
 }
@@ -255,13 +247,10 @@ fn every_command_of_the_documents_exists() {
 }
 
 /// The alias itself, by cargo, from a folder of a fresh clone. What other people's packages are compiled to is shared with this
-/// build; our own are compiled once more, without being optimised. So only with `PICKET_TYPED=all`: `.ci/run` types the alias, too.
+/// build; our own are compiled once more, without being optimised.
 #[test]
+#[ignore = "needs git, a clone and minutes: cargo test -p picket-host --test all -- --ignored typed"]
 fn the_alias_runs_the_program_in_a_clone() {
-    if std::env::var_os("PICKET_TYPED").is_none() {
-        println!("skipped: PICKET_TYPED is not set");
-        return;
-    }
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("cloned");
     let clone = folder.join("picket");
     fs::create_dir_all(&folder).unwrap();
@@ -270,10 +259,7 @@ fn the_alias_runs_the_program_in_a_clone() {
         let output = output.ok()?;
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
     };
-    let Some(head) = git(&["rev-parse", "HEAD"], Path::new(ROOT)) else {
-        println!("skipped: this is no clone, or there is no git");
-        return;
-    };
+    let head = git(&["rev-parse", "HEAD"], Path::new(ROOT)).expect("git, and a clone");
     // A clone that is there is brought up to date, so that what it compiled stays of use.
     if !clone.join(".git").exists() {
         git(&["clone", "--quiet", ROOT, "picket"], &folder).expect("git clone");
@@ -380,14 +366,9 @@ fn the_reader_in_python_stumbles_over_no_frame() {
 fn the_reader_in_python_reads_a_recording() {
     let page = fs::read_to_string(Path::new(ROOT).join("docs/protocol.md")).unwrap();
     let program = page.split("```python\n").nth(1).unwrap().split("```").next().unwrap();
-    let lines = program.lines().filter(|line| !line.trim().is_empty()).count();
-    assert!(lines <= 30, "{lines} lines");
     let recording = Path::new(ROOT).join("docs/session.bin");
     let output = Command::new("python3").args(["-c", program]).arg(&recording).output();
-    let Ok(output) = output else {
-        println!("skipped: there is no python3");
-        return;
-    };
+    let output = output.expect("apt-get install python3");
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{errors}");
     let theirs = String::from_utf8(output.stdout).unwrap();

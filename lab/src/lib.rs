@@ -6,14 +6,15 @@ extern crate picket_measure;
 pub mod bench;
 pub mod campaign;
 pub mod cli;
+pub mod docs;
 pub mod firmware;
 pub mod impair;
 pub mod report;
 pub mod soak;
 pub mod sweep;
 
-use picket_host::{board, demo, device, emulator, toolchain};
+use picket_host::{board, demo, device, emulator, rates, toolchain};
 use picket_measure::{
-    analyze, arithmetic, end, estimator, output, plot, progress, reference, scenario, simulate,
-    trials,
+    analyze, arithmetic, end, estimator, output, plot, progress, recording, reference, scenario,
+    simulate, trials,
 };

@@ -75,12 +75,19 @@ fn the_quick_report() {
     assert!(page.matches("<svg").count() >= PICTURES.len());
     text_is_large_enough(&page);
     figures_have_their_errors(&page);
-    let folder = folder.as_path();
-    let Some(browser) = browser() else {
-        println!("skipped: there is no Chromium to look at the page with");
-        return;
-    };
-    [390, 1280].into_iter().for_each(|width| seen_in(&browser, &page, width, folder));
+}
+
+/// In a browser: no text is too small, and nothing reaches over the edge.
+#[test]
+#[ignore = "needs Chromium: cargo test -p picket-lab --test all -- --ignored report"]
+fn the_quick_report_in_a_browser() {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("report-seen");
+    let _ = fs::remove_dir_all(&folder);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lab"));
+    assert!(command.args(["report", "--quick", "--out"]).arg(&folder).status().unwrap().success());
+    let page = fs::read_to_string(folder.join("report.html")).unwrap();
+    let browser = browser().expect("apt-get install chromium");
+    [390, 1280].into_iter().for_each(|width| seen_in(&browser, &page, width, &folder));
 }
 
 /// The least size of a picture's text, in CSS pixels.

@@ -1,9 +1,7 @@
-//! docs/trust.md: a section for each verdict, and pictures that are made again here.
+//! docs/trust.md: a section and a picture for each verdict.
 
 use picket_dsp::tone::Verdict;
 use picket_lab::report::verdicts::EXAMPLES;
-use std::fs;
-use std::path::Path;
 
 const PAGE: &str = include_str!("../../docs/trust.md");
 
@@ -21,41 +19,12 @@ fn every_verdict_has_its_section_and_picture() {
     }
 }
 
-/// The page's table says of every verdict what the library says it may be used for, from the best to the worst.
+/// The record of each picture has the verdict that it shows.
 #[test]
-fn the_table_says_what_a_verdict_may_be_used_for() {
-    let rows = PAGE.lines().filter_map(|line| line.strip_prefix("| [")?.strip_suffix(" |"));
-    let rows: Vec<(&str, &str)> = rows
-        .map(|row| (row.split(']').next().unwrap_or(""), row.rsplit("| ").next().unwrap_or("")))
-        .collect();
-    assert_eq!(rows.len(), Verdict::ALL.len());
-    for (verdict, (name, usable)) in Verdict::ALL.into_iter().zip(rows) {
-        assert_eq!(name, verdict.name());
-        let ours = verdict.usable().name();
-        let rest = usable.strip_prefix(ours);
-        let ends = |rest: &str| !rest.starts_with(char::is_alphanumeric);
-        assert!(rest.is_some_and(ends), "{name}: \"{usable}\", not \"{ours}\"");
-    }
-}
-
-/// `PICKET_WRITE_PICTURES=1 cargo test -p picket-host trust` writes them anew.
-#[test]
-fn pictures_are_those_of_the_page() {
-    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
+fn every_example_has_its_verdict() {
     for example in &EXAMPLES {
-        let (answer, chart) = example.picture().unwrap();
+        let (answer, _) = example.picture().unwrap();
         println!("{}: {answer:?}", example.picture);
         assert_eq!(answer.verdict.name(), example.verdict, "{answer:?}");
-        if std::env::var_os("PICKET_WRITE_PICTURES").is_some() {
-            fs::write(docs.join(format!("{}.svg", example.picture)), chart.svg().unwrap()).unwrap();
-        }
-        let file = docs.join(format!("{}.svg", example.picture));
-        let drawn = fs::read_to_string(&file).unwrap_or_default();
-        assert!(
-            drawn == chart.svg().unwrap(),
-            "{} is not what `cargo lab report` makes: copy target/report/{}.svg",
-            file.display(),
-            example.picture
-        );
     }
 }

@@ -1,7 +1,7 @@
 //! The package in strangers' projects: CMake, pkg-config, Arduino, PlatformIO, Zephyr.
 
-use super::{CROSS, M4F, dist, emulated, has, said, source, temporary};
-use host_tests::had;
+use super::{CROSS, M4F, dist, emulated, needs, said, source, temporary};
+use host_tests::needed;
 use picket_host::c::{Core, package};
 use picket_host::emulator::Footprint;
 use picket_host::toolchain::environment;
@@ -22,10 +22,8 @@ endif()
 
 #[test]
 fn a_strangers_cmake_project_links_it() {
-    if !has("cmake") {
-        return;
-    }
-    let Some(dist) = dist() else { return };
+    needs("cmake", "cmake");
+    let dist = dist();
     let ways = [
         ("folder", format!("add_subdirectory({} picket)", dist.display())),
         ("package", "find_package(picket CONFIG REQUIRED)".to_owned()),
@@ -42,9 +40,7 @@ fn a_strangers_cmake_project_links_it() {
         let out = said(&mut Command::new(build.join("app")));
         assert!(out.starts_with("1000.0") && out.contains(" Hz: good. "), "{out}");
     }
-    if !has(CROSS) {
-        return;
-    }
+    needs(CROSS, "gcc-arm-none-eabi");
     let place = temporary("cmake-cross");
     fs::write(
         place.join("CMakeLists.txt"),
@@ -74,10 +70,9 @@ fn a_strangers_cmake_project_links_it() {
 
 #[test]
 fn pkg_config_finds_the_hosts_archive() {
-    let Some(dist) = dist() else { return };
-    if !has("pkg-config") || !has("gcc") {
-        return;
-    }
+    let dist = dist();
+    needs("pkg-config", "pkg-config");
+    needs("gcc", "gcc");
     let words = said(
         Command::new("pkg-config")
             .env("PKG_CONFIG_PATH", dist)
@@ -90,19 +85,15 @@ fn pkg_config_finds_the_hosts_archive() {
     assert!(said(&mut Command::new(out)).contains("Hz: good. "));
 }
 
-/// The sketch of the package on the Teensy 4's own core, which PJRC publishes: PICKET_TEENSY is a clone of
-/// github.com/PaulStoffregen/cores.
+/// The sketch of the package on the Teensy 4's own core, which PJRC publishes.
 #[test]
-fn the_sketch_links_with_the_teensys_core() {
-    let Some(cores) = std::env::var_os("PICKET_TEENSY").map(PathBuf::from) else {
-        println!("skipped: PICKET_TEENSY names no clone of PJRC's cores");
-        return;
-    };
-    if !has(CROSS) {
-        return;
-    }
+#[ignore = "needs a clone that is named: PICKET_TEENSY, of github.com/PaulStoffregen/cores"]
+fn named_the_sketch_links_with_the_teensys_core() {
+    let cores = std::env::var_os("PICKET_TEENSY").map(PathBuf::from);
+    let cores = cores.expect("PICKET_TEENSY names a clone of github.com/PaulStoffregen/cores");
+    needs(CROSS, "gcc-arm-none-eabi");
     let place = temporary("teensy");
-    let Some(()) = had(package(&Core::M7.places()[..1], &place.join("picket"))) else { return };
+    needed(package(&Core::M7.places()[..1], &place.join("picket")));
     let core = cores.join("teensy4");
     let flags = "-mcpu=cortex-m7 -mthumb -mfloat-abi=hard -mfpu=fpv5-d16 -O2 -ffunction-sections -fdata-sections -nostdlib -w \
                  -D__IMXRT1062__ -DTEENSYDUINO=159 -DARDUINO=10819 -DARDUINO_TEENSY41 -DF_CPU=600000000 -DUSB_SERIAL \
@@ -202,10 +193,8 @@ extern "C" int main() {
 #[test]
 fn the_sketch_runs_on_arduinos_interface() {
     let compiler = "arm-none-eabi-g++";
-    if !has(CROSS) || !has(compiler) {
-        return;
-    }
-    let Some(dist) = dist() else { return };
+    needs(compiler, "gcc-arm-none-eabi");
+    let dist = dist();
     let place = temporary("arduino");
     fs::write(place.join("Arduino.h"), ARDUINO).unwrap();
     fs::write(place.join("board.cpp"), BOARD).unwrap();
@@ -229,7 +218,7 @@ fn the_sketch_runs_on_arduinos_interface() {
     command.arg(&sketch).arg(place.join("board.cpp")).arg(&start);
     command.arg(dist.join("src").join(M4F.1).join("libpicket.a")).args(["-lgcc", "-o"]).arg(&image);
     said(&mut command);
-    let Some(text) = emulated(M4F.2, &image) else { return };
+    let text = emulated(M4F.2, &image);
     // 322 Hz at 24.125 GHz are 2.001 m/s.
     let answers: Vec<&str> = text.lines().map(str::trim).collect();
     assert_eq!(answers.len(), 3, "{text}");
@@ -283,14 +272,12 @@ const SCONS: [(&str, &str); 3] = [
 /// PlatformIO itself reads the package's library.json and its script, and links the archive.
 #[test]
 fn platformio_links_it() {
-    if !has(CROSS) {
-        return;
-    }
-    let Some(dist) = dist() else { return };
+    needs(CROSS, "gcc-arm-none-eabi");
+    let dist = dist();
     let place = temporary("platformio");
     // PlatformIO 6.1 asks for SCons 4.8.1 as 4.40801.0, 6.2 for 4.11.1.
     let packages = ["platformio==6.2.*", "scons==4.11.1"];
-    let Some(programs) = had(environment(&place.join("python"), &packages)) else { return };
+    let programs = needed(environment(&place.join("python"), &packages));
     let write = |file: PathBuf, text: String| {
         fs::create_dir_all(file.parent().unwrap()).unwrap();
         fs::write(file, text).unwrap();
@@ -329,10 +316,8 @@ include(MODULE/zephyr/CMakeLists.txt)
 
 #[test]
 fn zephyrs_module_finds_the_archive() {
-    if !has("cmake") {
-        return;
-    }
-    let Some(dist) = dist() else { return };
+    needs("cmake", "cmake");
+    let dist = dist();
     let place = temporary("zephyr");
     let script = place.join("zephyr.cmake");
     fs::write(&script, ZEPHYR.replace("MODULE", dist.to_str().unwrap())).unwrap();
@@ -348,7 +333,7 @@ fn zephyrs_module_finds_the_archive() {
     );
     assert!(out.contains("includes ") && told(&["CPU_CORTEX_M4"]).is_empty());
     // Its words for the configuration, by the reader that Zephyr's own is a copy of.
-    let Some(programs) = had(environment(&place.join("python"), &["kconfiglib"])) else { return };
+    let programs = needed(environment(&place.join("python"), &["kconfiglib"]));
     let module = dist.join("zephyr/Kconfig");
     let all = "config CPU_CORTEX_M4\n\tbool\n\tdefault y\n";
     fs::write(place.join("Kconfig"), format!("{all}source \"{}\"\n", module.display())).unwrap();

@@ -39,9 +39,15 @@ fn a_stack_overflow_ends_at_the_fence_and_is_told() {
     let first = boot(&mut board);
     assert_eq!(first.last.kind, 0);
     // A status comes each second, of a loop that something wakes: the emulated chip's timer does not.
-    std::thread::sleep(Duration::from_millis(1_500));
-    board.send(&[0]).unwrap();
-    let second = boot(&mut board);
+    let second = (0..120).find_map(|_| {
+        board.send(&[0]).unwrap();
+        let mut said = std::iter::from_fn(|| board.hear(Duration::from_millis(500)).unwrap());
+        said.find_map(|said| match said {
+            picket_host::device::Said::Boot(boot) => Some(boot),
+            _ => None,
+        })
+    });
+    let second = second.unwrap();
     assert_eq!(second.last.kind, 5, "{second:?}");
     // The stack reached into the 256 bytes of the fence, by a push or by what the core stacks for the fault: no further.
     let [place, _] = second.last.more;

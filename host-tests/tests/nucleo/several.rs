@@ -76,10 +76,9 @@ fn several_tones_of_a_block_are_those_of_this_machine() {
     );
     let ram = footprint.ram + u64::from(stack);
     assert!(footprint.flash <= flash::LINES.flash && ram <= flash::LINES.ram);
-    let document = Document::board();
-    document.assert_states("| `--lines` | # | # |", &[footprint.flash as f64, ram as f64]);
+    hold("board, --lines, bytes of flash and RAM", 1.0, &[footprint.flash as f64, ram as f64]);
     let longest: Vec<f64> = longest.into_iter().map(f64::from).collect();
-    document.assert_states("takes at most, instructions | # | # | # |", &longest);
+    hold("board, instructions of blocks of 4, 2 and 1 tones", 1.0, &longest);
 }
 
 /// The same image finds the fundamental of a motor ten times weaker than its harmonics, to the bit as this machine does.
@@ -125,8 +124,7 @@ fn a_fundamental_is_that_of_this_machine() {
     }
     let longest = f64::from(longest_block(&mut board));
     println!("{longest} instructions");
-    Document::board()
-        .assert_states("With `harmonics` a block took at most # instructions", &[longest]);
+    hold("board, instructions of a block of harmonics", 1.0, &[longest]);
 }
 
 #[test]
@@ -142,38 +140,31 @@ fn an_image_of_one_tone_refuses_settings_of_several() {
     }
 }
 
-/// The fastest rates of docs/board.md are taken with so many tones a block, and a step faster is refused with the reason.
+/// The fastest rates with so many tones a block: a step faster is refused with the reason, and fewer tones would do.
 #[test]
 fn rates_at_which_several_tones_take_longer_than_a_block_are_refused() {
-    let page = include_str!("../../../docs/board.md").replace('\n', " ");
-    let stated = page.split("at 180 MHz it holds ").nth(1).unwrap().split('.').next().unwrap();
-    let stated: Vec<(f64, u8)> = stated
-        .split(", ")
-        .map(|part| {
-            let (rate, most) = part.split_once(" kS/s with ").unwrap();
-            (1e3 * rate.parse::<f64>().unwrap(), most.parse().unwrap())
-        })
-        .collect();
-    assert_eq!(stated.iter().map(|(_, most)| *most).collect::<Vec<_>>(), [4, 2]);
     let tree = Tree::new(Speed::Mhz180, Source::HsePll);
     let held = |settings: Settings, rate_hz: f64| {
         let config = Config { rate_hz, ..settings.config };
         let settings = Settings { core_mhz: 180, config, ..settings };
         Words::plan::<N>(&settings, &tree).map(|(plan, _)| plan.settings.config.rate_hz)
     };
-    let planned = |rate_hz, most| held(Settings { most, ..Settings::default() }, rate_hz);
-    for (rate, most) in stated {
-        let held = planned(rate, most).unwrap();
-        assert!((held / rate - 1.0).abs() < 0.01, "{held}");
-        let refused = planned(1.03 * rate, most);
-        assert_eq!(refused, Err(SettingsError::Rate(RateError::Load)), "{most} at {rate}");
-        // Fewer tones would do.
-        assert!(planned(1.03 * rate, most - 1).is_ok(), "{most} at {rate}");
-        assert!(SettingsError::Rate(RateError::Load).to_string().contains("most"));
-    }
+    let fastest = |settings: Settings| {
+        let rates = (1..1500).rev().map(|kilohertz| 1e3 * f64::from(kilohertz));
+        rates.into_iter().find(|&rate_hz| held(settings, rate_hz).is_ok()).unwrap()
+    };
+    let several = |most| Settings { most, ..Settings::default() };
+    let refused = Err(SettingsError::Rate(RateError::Load));
+    assert!(SettingsError::Rate(RateError::Load).to_string().contains("most"));
+    let rates = [4, 2].map(|most| {
+        let rate_hz = fastest(several(most));
+        assert_eq!(held(several(most), 1.03 * rate_hz), refused, "{most} at {rate_hz}");
+        assert!(held(several(most - 1), 1.03 * rate_hz).is_ok(), "{most} at {rate_hz}");
+        rate_hz
+    });
     let harmonics = Settings { harmonics: 10, ..Settings::default() };
-    let fastest = page.split("; the board holds ").nth(1).unwrap().split(' ').next().unwrap();
-    let rate: f64 = 1e3 * fastest.parse::<f64>().unwrap();
-    assert!((held(harmonics, rate).unwrap() / rate - 1.0).abs() < 0.01);
-    assert_eq!(held(harmonics, 1.03 * rate), Err(SettingsError::Rate(RateError::Load)));
+    let slowest = fastest(harmonics);
+    assert_eq!(held(harmonics, 1.03 * slowest), refused);
+    let kilohertz = [rates[0], rates[1], slowest].map(|rate_hz| rate_hz / 1e3);
+    hold("board, kS/s with 4 tones, with 2 and with harmonics", 1.0, &kilohertz);
 }

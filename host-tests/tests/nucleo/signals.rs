@@ -57,7 +57,7 @@ fn weak<R: Record>(bin: f64, rng: &mut impl Rng) -> Vec<i16> {
     (0..parts * N).map(sample).collect()
 }
 
-fn sums<R: Record>(image: &Path, document: &Document, rng: &mut impl Rng) {
+fn sums<R: Record>(image: &Path, rng: &mut impl Rng) {
     let mode = Mode::Accumulate { blocks: 25, drift_bins: 0.0 };
     let settings = doppler(mode, R::IQ);
     let mut board = begun(image, &settings);
@@ -106,8 +106,9 @@ fn sums<R: Record>(image: &Path, document: &Document, rng: &mut impl Rng) {
     let of = |cycles: [u64; 2]| cycles[usize::from(R::IQ)] as f64;
     assert!(1.4 * f64::from(block) < of(BLOCK_CYCLES) + of(ADD_CYCLES));
     assert!(1.4 * f64::from(longest - block) < of(SUM_CYCLES));
-    document.assert_states(
-        &format!("| sums of {kind} blocks | # | # |"),
+    hold(
+        &format!("board, instructions of {kind} blocks in a sum"),
+        1.0,
         &[block.into(), longest.into()],
     );
 }
@@ -118,9 +119,8 @@ fn sums_on_the_board_are_those_of_this_machine() {
     println!("seed {SEED}");
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let image = built(Beside::Signals);
-    let document = Document::board();
-    sums::<Real>(&image, &document, &mut rng);
-    sums::<Iq>(&image, &document, &mut rng);
+    sums::<Real>(&image, &mut rng);
+    sums::<Iq>(&image, &mut rng);
 }
 
 /// Particles in fringes, as light on a photodiode: bursts bit by bit as on this machine, the numbers without a gap, the lost blocks
@@ -203,8 +203,7 @@ fn bursts_on_the_board_are_those_of_this_machine() {
     assert!(footprint.flash <= flash::SIGNALS.flash && ram <= flash::SIGNALS.ram);
     let [most, _] = BURST_CYCLES;
     assert!(1.4 * f64::from(longest) < most as f64);
-    let document = Document::board();
-    document.assert_states("| a burst, at most | # |", &[longest.into()]);
+    hold("board, instructions of a burst", 1.0, &[longest.into()]);
     // By the crystal's clock.
     let held = |mode: Mode| {
         let tree = Tree::new(Speed::Mhz180, Source::HsePll);
@@ -216,11 +215,8 @@ fn bursts_on_the_board_are_those_of_this_machine() {
         f64::from(rate.unwrap())
     };
     let sums = Mode::Accumulate { blocks: 100, drift_bins: 0.0 };
-    document.assert_states(
-        "with `slots` 8 it holds # kS/s of real records with sums of 100 blocks, and # kS/s with bursts",
-        &[held(sums), held(settings.mode)],
-    );
-    document.assert_states("| `--signals` | # | # |", &[footprint.flash as f64, ram as f64]);
+    hold("board, kS/s with sums and with bursts", 1.0, &[held(sums), held(settings.mode)]);
+    hold("board, --signals, bytes of flash and RAM", 1.0, &[footprint.flash as f64, ram as f64]);
 }
 
 /// Settings that go with no sum and no burst, and an image that has neither.

@@ -46,15 +46,15 @@ fn ramp(settings: &Settings) -> Vec<i16> {
 }
 
 /// A measuring board with these settings, whose chirp's output is wired to its input.
-fn wired(settings: Settings) -> Option<Pico> {
-    let mut pico = plug()?;
+fn wired(settings: Settings) -> Pico {
+    let mut pico = plug();
     pico.power().unwrap();
     pico.order("wire").unwrap();
     set_plan(&mut pico, settings, |pico| {
         pico.keep(N).unwrap();
         pico.order("edges").unwrap();
     });
-    Some(pico)
+    pico
 }
 
 /// Every completed block is its segment of the chirp, sample by sample, from each start of the samples on. Returns their number.
@@ -100,7 +100,7 @@ fn chirp_and_samples_stay_in_step() {
     {
         let settings = settings(shape, guard, rate_hz);
         let (plan, words) = Words::plan(&settings).unwrap();
-        let Some(mut pico) = wired(settings) else { return };
+        let mut pico = wired(settings);
         let wave = words.waveform.unwrap();
         let sample = f64::from(words.period) / 48e6 * 1e9;
         let chirp = f64::from(wave.samples()) * sample;
@@ -149,7 +149,7 @@ fn faults_leave_blocks_and_segments_together() {
     let mut rng = ChaCha8Rng::seed_from_u64(83);
     for round in 0..sized(1, 10) {
         let settings = settings(Shape::Trapezoid, 64, 500e3);
-        let Some(mut pico) = wired(settings) else { return };
+        let mut pico = wired(settings);
         for fault in 0..30 {
             pico.run(rng.random_range(4_000..20_000)).unwrap();
             let (kind, duration) = match rng.random_range(0..5) {
@@ -196,7 +196,7 @@ fn every_record_of_a_chirp_is_the_hosts() {
             samples.extend(scenario::codes::<Real>(&radar, targets, (0, segment), &mut rng));
         }
     }
-    let Some(mut pico) = plug() else { return };
+    let mut pico = plug();
     pico.power().unwrap();
     set_plan(&mut pico, settings, |pico| pico.samples(&samples).unwrap());
     pico.zero().unwrap();
@@ -220,7 +220,7 @@ fn every_record_of_a_chirp_is_the_hosts() {
 
 #[test]
 fn what_the_board_cannot_play_is_refused() {
-    let Some(mut pico) = plug() else { return };
+    let mut pico = plug();
     pico.power().unwrap();
     let chirp = settings(Shape::Triangle, 0, 500e3);
     // The sync input's gate counts 116 ms.

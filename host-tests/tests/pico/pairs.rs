@@ -53,14 +53,14 @@ fn taken(samples: &[[i16; 2]]) -> Vec<i16> {
 }
 
 /// A board that measures pairs.
-fn measuring(samples: &[[i16; 2]], upper: bool) -> Option<Pico> {
-    let mut pico = plug()?;
+fn measuring(samples: &[[i16; 2]], upper: bool) -> Pico {
+    let mut pico = plug();
     pico.power().unwrap();
     set_plan(&mut pico, settings(upper), |pico| {
         pico.both(samples).unwrap();
         pico.keep(2 * N).unwrap();
     });
-    Some(pico)
+    pico
 }
 
 /// Gapless at 250 kS/s of pairs, in both sidebands.
@@ -69,7 +69,7 @@ fn every_record_of_pairs_is_the_hosts() {
     let blocks = sized(60, 2_500);
     for (upper, seed) in [(true, 61), (false, 62)] {
         let (samples, tones) = stream(blocks as usize, upper, seed);
-        let Some(mut pico) = measuring(&samples, upper) else { return };
+        let mut pico = measuring(&samples, upper);
         pico.zero().unwrap();
         measure(&mut pico, blocks);
         let wanted = expected(&settings(upper), &taken(&samples));
@@ -136,7 +136,7 @@ fn chirps_of_pairs_have_their_ranges_and_velocities() {
             }
             truths.push([target.range_m(radar.middle_s()), velocity_mps]);
         }
-        let Some(mut pico) = plug() else { return };
+        let mut pico = plug();
         pico.power().unwrap();
         set_plan(&mut pico, settings, |pico| pico.both(&samples).unwrap());
         pico.zero().unwrap();
@@ -194,7 +194,7 @@ fn no_fault_swaps_i_and_q() {
                 faults
             }
         };
-        let Some(pico) = measuring(&steady(300, seed), true) else { return };
+        let pico = measuring(&steady(300, seed), true);
         let blocks = Blocks { settings: settings(true), nanos: 4_096_000.0, conversions: 2 * N };
         let delivered = play((pico, blocks), &faults, seed);
         let starts = delivered.last().unwrap().starts - delivered[0].starts;

@@ -39,11 +39,11 @@ fn chirp(settings: &Settings) -> u64 {
 }
 
 /// A board that waits for pulses.
-fn waiting(settings: Settings, feed: impl FnOnce(&mut Pico)) -> Option<Pico> {
-    let mut pico = plug()?;
+fn waiting(settings: Settings, feed: impl FnOnce(&mut Pico)) -> Pico {
+    let mut pico = plug();
     pico.power().unwrap();
     set_plan(&mut pico, settings, feed);
-    Some(pico)
+    pico
 }
 
 /// Samples of so many chirps, with a tone in each segment.
@@ -75,9 +75,7 @@ fn every_record_after_a_pulse_is_the_hosts() {
     ] {
         let shape = settings.config.scene.segments();
         let samples = tones(&settings, chirps, seed);
-        let Some(mut pico) = waiting(settings, |pico| pico.samples(&samples).unwrap()) else {
-            return;
-        };
+        let mut pico = waiting(settings, |pico| pico.samples(&samples).unwrap());
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         pico.run(20_000).unwrap();
         pico.order("delays").unwrap();
@@ -111,9 +109,7 @@ fn pulses_in_vain_are_counted() {
     for (shape, guard) in [(Shape::Trapezoid, 64), (Shape::Sawtooth, 0)] {
         let settings = settings(shape, guard, 500e3);
         let samples = tones(&settings, 40, 74);
-        let Some(mut pico) = waiting(settings, |pico| pico.samples(&samples).unwrap()) else {
-            return;
-        };
+        let mut pico = waiting(settings, |pico| pico.samples(&samples).unwrap());
         let segments = settings.segments() as u32;
         let mut rng = ChaCha8Rng::seed_from_u64(74);
         // The place of each chirp among all pulses.
@@ -158,7 +154,7 @@ fn pulses_in_vain_are_counted() {
 fn a_board_without_pulses_waits() {
     let settings = settings(Shape::Triangle, 16, 500e3);
     let samples = tones(&settings, 2, 75);
-    let Some(mut pico) = waiting(settings, |pico| pico.samples(&samples).unwrap()) else { return };
+    let mut pico = waiting(settings, |pico| pico.samples(&samples).unwrap());
     let resets = pico.resets.len();
     pico.take();
     pico.run(9_000_000).unwrap();
@@ -182,12 +178,10 @@ fn faults_between_pulses_mix_nothing() {
     for round in 0..sized(1, 10) {
         let settings = settings(Shape::Trapezoid, 64, 500e3);
         let (plan, _) = Words::plan(&settings).unwrap();
-        let Some(mut pico) = waiting(settings, |pico| {
+        let mut pico = waiting(settings, |pico| {
             pico.keep(N).unwrap();
             pico.order("count").unwrap();
-        }) else {
-            return;
-        };
+        });
         for fault in 0..sized(25, 40) {
             for _ in 0..rng.random_range(1..4) {
                 pico.order("rise").unwrap();

@@ -39,13 +39,13 @@ pub fn program() -> u32 {
     crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(image())
 }
 
-/// A board with this source's image; `None` where the emulator cannot be had, which is said.
-pub fn plug() -> Option<Pico> {
+/// A board with this source's image.
+pub fn plug() -> Pico {
     plugged(image)
 }
 
 /// A board with the image that has a serial port over USB.
-pub fn plug_usb() -> Option<Pico> {
+pub fn plug_usb() -> Pico {
     static IMAGE: OnceLock<Vec<u8>> = OnceLock::new();
     plugged(|| {
         IMAGE.get_or_init(|| {
@@ -55,12 +55,10 @@ pub fn plug_usb() -> Option<Pico> {
     })
 }
 
-fn plugged(image: impl FnOnce() -> &'static [u8]) -> Option<Pico> {
-    if let Err(error) = pico::bench::emulator() {
-        println!("skipped: {error}");
-        return None;
-    }
-    Some(Pico::plug(image()).unwrap_or_else(|error| panic!("{error}")))
+fn plugged(image: impl FnOnce() -> &'static [u8]) -> Pico {
+    // Before minutes of building: what is missing is said at once.
+    pico::bench::emulator().unwrap_or_else(|error| panic!("{error}"));
+    Pico::plug(image()).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// What the board measures by unless told otherwise.

@@ -9,13 +9,13 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// A board that measures, with a program at its USB port.
-fn connected(blocks: usize, seed: u64) -> Option<(Pico, Vec<Vec<u8>>)> {
+fn connected(blocks: usize, seed: u64) -> (Pico, Vec<Vec<u8>>) {
     let samples = stream(blocks, None, seed);
-    let mut pico = plug_usb()?;
+    let mut pico = plug_usb();
     pico.samples(&samples).unwrap();
     pico.order("usb plug").unwrap();
     pico.power().unwrap();
-    Some((pico, expected(&settings(), &samples)))
+    (pico, expected(&settings(), &samples))
 }
 
 /// The sequence of each record that came by USB, of which every frame is whole and the host's own, and how many frames were not.
@@ -36,7 +36,7 @@ fn received(pico: &Pico, wanted: &[Vec<u8>]) -> (Vec<u32>, u64) {
 #[test]
 fn usb_says_what_the_wire_says_and_takes_commands() {
     let blocks = sized(60, 5_000);
-    let Some((mut pico, wanted)) = connected(60, 31) else { return };
+    let (mut pico, wanted) = connected(60, 31);
     pico.run(30_000).unwrap();
     pico.zero().unwrap();
     pico.run(2_048 * blocks).unwrap();
@@ -63,7 +63,7 @@ fn usb_says_what_the_wire_says_and_takes_commands() {
 /// A program that has the port open and does not read: what finds no room is dropped whole and counted.
 #[test]
 fn records_that_nobody_reads_are_dropped_and_counted() {
-    let Some((mut pico, wanted)) = connected(60, 32) else { return };
+    let (mut pico, wanted) = connected(60, 32);
     pico.run(30_000).unwrap();
     let (before, _) = received(&pico, &wanted);
     pico.order("usb read 0").unwrap();
@@ -87,7 +87,7 @@ fn records_that_nobody_reads_are_dropped_and_counted() {
 /// The cable is pulled at any moment and put back: at most the cut frame is bad, and nothing is counted that nobody waited for.
 #[test]
 fn a_cable_may_be_pulled_in_mid_frame() {
-    let Some((mut pico, wanted)) = connected(60, 33) else { return };
+    let (mut pico, wanted) = connected(60, 33);
     let mut rng = ChaCha8Rng::seed_from_u64(33);
     pico.run(25_000).unwrap();
     let (pulls, mut cut) = (sized(6, 200), 0);

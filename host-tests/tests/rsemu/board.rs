@@ -145,14 +145,14 @@ impl Storage for Sectors {
 }
 
 impl Emulated {
-    /// A board without power; `None` where the emulator cannot be had.
-    pub fn plug() -> Option<Self> {
+    /// A board without power.
+    pub fn plug() -> Self {
         Self::plug_with(image())
     }
 
     /// The same with another image.
-    pub fn plug_with(image: &Path) -> Option<Self> {
-        let program = source::program()?;
+    pub fn plug_with(image: &Path) -> Self {
+        let program = source::program();
         let mut child = std::process::Command::new(program)
             .arg(image)
             .stdin(Stdio::piped())
@@ -160,7 +160,7 @@ impl Emulated {
             .spawn()
             .unwrap();
         let (orders, answers) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
-        Some(Self {
+        Self {
             child,
             orders,
             answers: BufReader::new(answers),
@@ -170,21 +170,21 @@ impl Emulated {
             now: 0,
             resets: Vec::new(),
             tag: 0,
-        })
+        }
     }
 
     /// A board that was saved these settings, from power-on until it has told of its start.
-    pub fn start(settings: &Settings) -> Option<(Self, Boot)> {
+    pub fn start(settings: &Settings) -> (Self, Boot) {
         Self::start_with(image(), settings)
     }
 
     /// The same with another image.
-    pub fn start_with(image: &Path, settings: &Settings) -> Option<(Self, Boot)> {
-        let mut board = Self::plug_with(image)?;
+    pub fn start_with(image: &Path, settings: &Settings) -> (Self, Boot) {
+        let mut board = Self::plug_with(image);
         let mut sectors = Sectors::new();
         sectors.save(settings);
         board.load(&sectors);
-        Some(board.power())
+        board.power()
     }
 
     /// Writes what flash keeps.

@@ -12,10 +12,10 @@ const FACTORY: u32 = 0x0FFF_AAED;
 const SET: u32 = 0x0FFF_AAE1;
 
 /// A board with a chip as it comes, at its first power-up.
-fn first(image: &Path) -> Option<Emulated> {
-    let mut board = Emulated::plug_with(image)?;
+fn first(image: &Path) -> Emulated {
+    let mut board = Emulated::plug_with(image);
     board.order(&format!("options {FACTORY:#x}"));
-    Some(board)
+    board
 }
 
 fn measures(boot: &Boot) {
@@ -24,7 +24,7 @@ fn measures(boot: &Boot) {
 
 #[test]
 fn the_usual_image_leaves_the_option_bytes_alone() {
-    let Some(board) = first(image()) else { return };
+    let board = first(image());
     let (mut board, boot) = board.power();
     measures(&boot);
     board.run(50_000);
@@ -36,7 +36,7 @@ fn the_usual_image_leaves_the_option_bytes_alone() {
 fn the_image_that_is_built_for_it_sets_the_level_once() {
     static IMAGE: OnceLock<std::path::PathBuf> = OnceLock::new();
     let image = built(&IMAGE, || build(false, Beside::BrownOut));
-    let Some(board) = first(image) else { return };
+    let board = first(image);
     let (mut board, boot) = board.power();
     measures(&boot);
     assert_eq!(board.read(OPTCR), SET);
@@ -52,7 +52,7 @@ fn the_image_that_is_built_for_it_sets_the_level_once() {
 /// The self-test tells the word, and writes none.
 #[test]
 fn the_self_test_tells_a_level_that_is_not_set() {
-    let Some(mut board) = first(self_test()) else { return };
+    let mut board = first(self_test());
     board.order("oscillator 1");
     board.order("power");
     let told = loop {

@@ -48,7 +48,7 @@ fn a_chirp_is_played_code_by_code() {
         } else {
             Emulated::start(&settings)
         };
-        let Some((mut board, boot)) = started else { return };
+        let (mut board, boot) = started;
         assert!(boot.measuring, "{rate}, guard {guard}");
         let wave = words(&settings).waveform.unwrap();
         board.order("keep 1");
@@ -78,7 +78,7 @@ fn a_chirp_is_played_code_by_code() {
 #[test]
 fn the_dac_rests_at_the_first_code() {
     let settings = Settings { report_every: 9, ..chirp(500e3, Shape::Trapezoid, 32, DAC) };
-    let Some(mut board) = Emulated::plug() else { return };
+    let mut board = Emulated::plug();
     board.order("erase 100");
     let (mut board, _) = board.power();
     board.request(Command::SetSettings(settings, N)).unwrap();
@@ -104,7 +104,7 @@ fn the_dac_rests_at_the_first_code() {
 #[test]
 fn an_underrun_of_the_dac_is_told_and_mended() {
     let settings = Settings { report_every: 9, ..chirp(500e3, Shape::Trapezoid, 32, DAC) };
-    let Some((mut board, _)) = Emulated::start(&settings) else { return };
+    let (mut board, _) = Emulated::start(&settings);
     board.order("input 0 dac");
     for round in 1..=sized(2, 20) {
         board.run(7_000 + 311 * round);
@@ -125,7 +125,7 @@ fn an_underrun_of_the_dac_is_told_and_mended() {
 fn an_external_chirp_is_met_anew_after_each_overrun() {
     let settings =
         Settings { report_every: 30, ..chirp(500e3, Shape::Trapezoid, 32, Drive::External) };
-    let Some((mut board, _)) = Emulated::start(&settings) else { return };
+    let (mut board, _) = Emulated::start(&settings);
     // Ticks of the second bus since the pulse, 180 a sample.
     board.order("input 0 pulse 180");
     board.pulses(8_000);
@@ -156,7 +156,7 @@ fn an_external_chirp_is_met_anew_after_each_overrun() {
 #[test]
 fn the_sync_output_has_an_edge_a_chirp() {
     let settings = Settings { report_every: 9, ..chirp(500e3, Shape::Trapezoid, 32, DAC) };
-    let Some((mut board, _)) = Emulated::start(&settings) else { return };
+    let (mut board, _) = Emulated::start(&settings);
     for round in 0..sized(4, 20) {
         board.pairs("edges");
         // The output is low for two thirds of a chirp, high for the first.

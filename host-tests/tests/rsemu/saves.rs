@@ -29,7 +29,7 @@ fn settings_are_saved_in_every_state() {
             _ => &[],
         };
         for &stall in stalls {
-            let Some(mut board) = Emulated::plug() else { return };
+            let mut board = Emulated::plug();
             // The longest erasure (data sheet, table 48), and a short one.
             board.order(&format!("erase {}", sized(150, 2000)));
             board.order(&format!("stall {}", u8::from(stall)));
@@ -68,7 +68,7 @@ fn after_a_save_the_segments_are_right_and_the_loss_is_exact() {
         if sized(0, 1) == 0 { &[98, 99] } else { &[97, 98, 99, 500, 1000, 2000] };
     for &erase_ms in erasures {
         let settings = chirp(500e3, Shape::Trapezoid, 32, DAC);
-        let Some(mut board) = Emulated::plug() else { return };
+        let mut board = Emulated::plug();
         board.order(&format!("erase {erase_ms}"));
         let mut sectors = Sectors::new();
         sectors.save(&Settings { report_every: 2, ..settings });
@@ -110,7 +110,7 @@ fn after_a_save_the_segments_are_right_and_the_loss_is_exact() {
 /// What an earlier program has saved is what the board starts with, and what it saves itself is used, too.
 #[test]
 fn settings_of_an_earlier_program_are_used() {
-    let Some(mut board) = Emulated::plug() else { return };
+    let mut board = Emulated::plug();
     let earlier = chirp(500e3, Shape::Trapezoid, 32, DAC);
     let mut sectors = Sectors::new();
     sectors.save_earlier(&earlier);
@@ -140,7 +140,7 @@ fn settings_of_an_earlier_program_are_used() {
 /// keeps the page until a host saves.
 #[test]
 fn settings_that_cannot_be_read_are_told() {
-    let Some(board) = Emulated::plug() else { return };
+    let board = Emulated::plug();
     let (mut board, boot) = board.power();
     assert_eq!((boot.origin, boot.measuring), (Origin::Default, true), "a new board");
     let rate_hz = |board: &mut Emulated| {
@@ -197,7 +197,7 @@ fn power_may_go_during_a_save() {
         for moment in 0..moments {
             // The order takes 0.2 ms on the line, the erasure 20 ms, the words 4.
             let at = 100 + (25_000 * moment + rng.random_range(0..25_000)) / moments;
-            let Some(mut board) = Emulated::plug() else { return };
+            let mut board = Emulated::plug();
             board.order("erase 20");
             board.order("input 0 dac");
             let mut sectors = Sectors::new();

@@ -1,6 +1,6 @@
 //! The emulator's program: rsemu as its registry has it, corrected in a few lines, and ours around it (`host-tests/rsemu`).
 
-use picket_host::toolchain::{firmware_dir, lacks_packages, workspace};
+use picket_host::toolchain::{firmware_dir, workspace};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -162,13 +162,13 @@ const HALF_WRITE: &str = "        if let [x, y] = src {
 const WORDS: &str = "        AccessConstraints::word(Width::U32, Endian::Little)\n";
 const HALF_WORDS: &str = "        AccessConstraints::word(Width::U32, Endian::Little).with_widths(Width::U16, Width::U32)\n";
 
-/// The program, built at the first need; `None` where rsemu's source cannot be had, which is said.
-pub fn program() -> Option<&'static Path> {
-    static PROGRAM: OnceLock<Option<PathBuf>> = OnceLock::new();
-    PROGRAM.get_or_init(build).as_deref()
+/// The program, built at the first need.
+pub fn program() -> &'static Path {
+    static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
+    PROGRAM.get_or_init(build)
 }
 
-fn build() -> Option<PathBuf> {
+fn build() -> PathBuf {
     let place = firmware_dir().with_file_name("rsemu");
     let program = place.join("program");
     fs::create_dir_all(program.join("src")).unwrap();
@@ -189,7 +189,7 @@ fn build() -> Option<PathBuf> {
     let done = source.join("corrected");
     let marks = format!("{}", CORRECTIONS.iter().map(|c| c.to.len() + c.from.len()).sum::<usize>());
     if fs::read_to_string(&done).ok().as_ref() != Some(&marks) {
-        let original = original(&program)?;
+        let original = original(&program);
         let _ = fs::remove_dir_all(&source);
         correct(&original, &source);
         fs::write(&done, marks).unwrap();
@@ -210,7 +210,7 @@ fn build() -> Option<PathBuf> {
         cargo(&program, &["build", "--release", "--quiet", "--locked", "--config", &patch]);
     let output = output.unwrap_or_else(|text| panic!("the emulator does not build: {text}"));
     drop(output);
-    Some(program.join("target/release/picket-on-rsemu"))
+    program.join("target/release/picket-on-rsemu")
 }
 
 fn cargo(directory: &Path, arguments: &[&str]) -> Result<String, String> {
@@ -222,23 +222,17 @@ fn cargo(directory: &Path, arguments: &[&str]) -> Result<String, String> {
 }
 
 /// Where cargo has unpacked the crate.
-fn original(program: &Path) -> Option<PathBuf> {
+fn original(program: &Path) -> PathBuf {
     // What comes over the network is what the lock's checksum names.
     let lock = workspace().join("host-tests/rsemu/Cargo.lock");
     copy(&lock, &program.join("Cargo.lock"), |text| text);
-    let described = match cargo(program, &["metadata", "--locked", "--format-version", "1"]) {
-        Ok(text) => text,
-        Err(text) if lacks_packages(&text) => {
-            println!("skipped: rsemu cannot be had: {text}");
-            return None;
-        }
-        Err(text) => panic!("the emulator's packages: {text}"),
-    };
+    let described = cargo(program, &["metadata", "--locked", "--format-version", "1"]);
+    let described = described.unwrap_or_else(|text| panic!("the emulator's packages: {text}"));
     let described: serde_json::Value = serde_json::from_str(&described).unwrap();
     let packages = described["packages"].as_array().unwrap();
     let rsemu = packages.iter().find(|package| package["name"] == "rsemu").unwrap();
     let manifest = rsemu["manifest_path"].as_str().unwrap();
-    Some(Path::new(manifest).parent().unwrap().to_owned())
+    Path::new(manifest).parent().unwrap().to_owned()
 }
 
 /// Copies the crate's source, each correction made once.

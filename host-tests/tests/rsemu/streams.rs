@@ -34,14 +34,14 @@ const LINE: u32 = 92_160;
 const FAST: u32 = 3 * LINE;
 
 /// A board without power that was saved these settings, with these codes at its input.
-pub fn fed(settings: &Settings, codes: &[u16]) -> Option<Emulated> {
-    let mut board = Emulated::plug()?;
+pub fn fed(settings: &Settings, codes: &[u16]) -> Emulated {
+    let mut board = Emulated::plug();
     let bytes: Vec<u8> = codes.iter().flat_map(|code| code.to_le_bytes()).collect();
     board.order(&format!("input 0 table {}", file(&bytes).display()));
     let mut sectors = Sectors::new();
     sectors.save(settings);
     board.load(&sectors);
-    Some(board)
+    board
 }
 
 /// Blocks without a pause, each record right to the bit. Returns what the board says at the end.
@@ -50,8 +50,8 @@ fn stream(
     codes: &[u16],
     blocks: u64,
     line: u32,
-) -> Option<picket_wire::status::Status> {
-    let mut board = fed(settings, codes)?;
+) -> picket_wire::status::Status {
+    let mut board = fed(settings, codes);
     board.order(&format!("line {line}"));
     let (mut board, boot) = board.power();
     assert!(boot.measuring);
@@ -92,7 +92,7 @@ fn stream(
     let least = if line == LINE { blocks / 2 } else { blocks - 4 };
     assert!(seen >= least, "{seen} of {blocks}");
     board.assert_rules();
-    Some(status)
+    status
 }
 
 /// Codes of blocks one after the other, each with a tone of its own below bin 48 that moves by three bins beside a drift, which takes longest.
@@ -123,13 +123,13 @@ fn tones_that_move_beside_a_drift_hold_a_slower_rate() {
         let settings = tone(rate_hz);
         let config = Config { effort, ..settings.config };
         let settings = Settings { config, worst_case: true, ..settings };
-        let Some(status) = stream(&settings, &codes, blocks, FAST) else { return };
+        let status = stream(&settings, &codes, blocks, FAST);
         assert_eq!((status.counters.lost(), status.counters.faults()), (0, 0), "{status:?}");
         // A block takes longer than it lasts where usual ones hold.
         let usual = 1000.0 * real.usual_hz / rate_hz;
         println!("{}: {} permille of {usual:.0}", effort.name(), status.peak);
         // The next rate that the timer makes is refused, and its reason tells what to do.
-        let (mut board, _) = Emulated::start(&settings).unwrap();
+        let (mut board, _) = Emulated::start(&settings);
         let apart = (22.5e6 / rate_hz).round();
         let config = Config { rate_hz: 22.5e6 / (apart - 1.0), ..settings.config };
         let faster = Settings { config, ..settings };
@@ -145,9 +145,7 @@ fn no_block_is_lost_at_one_and_a_half_million_samples_a_second() {
     // Blocks that clip take longer: in one sample of twenty, and in nearly all.
     for (rate_hz, amplitude, share) in [(1.5e6, 900.0, 1), (750e3, 2100.0, 4), (750e3, 6000.0, 4)] {
         let settings = tone(rate_hz);
-        let Some(status) = stream(&settings, &table(amplitude), blocks / share, FAST) else {
-            return;
-        };
+        let status = stream(&settings, &table(amplitude), blocks / share, FAST);
         assert_eq!((status.counters.lost(), status.counters.faults()), (0, 0), "{status:?}");
         assert!(u64::from(status.counters.blocks) >= blocks / share - 2);
     }
@@ -160,9 +158,9 @@ fn the_fastest_rate_that_is_not_refused_holds() {
     // 29 cycles of 36 MHz a sample: a block lasts 118,784 cycles of the core. One cycle less is refused.
     let settings = Settings { core_mhz: 144, ..tone(36e6 / 29.0) };
     let blocks = sized(150, 2_000);
-    let Some(status) = stream(&settings, &table(900.0), blocks, LINE) else { return };
+    let status = stream(&settings, &table(900.0), blocks, LINE);
     assert_eq!((status.counters.lost(), status.counters.faults()), (0, 0), "{status:?}");
-    let (mut board, _) = Emulated::start(&settings).unwrap();
+    let (mut board, _) = Emulated::start(&settings);
     for rate_hz in [36e6 / 28.0, 2.4e6] {
         let faster = Settings { core_mhz: 144, ..tone(rate_hz) };
         let refused = board.request(Command::SetSettings(faster, N));
@@ -176,7 +174,7 @@ fn pairs_are_right_after_each_overrun() {
     let mut settings = Settings { iq: true, report_every: 5, ..tone(500e3) };
     // Without its image, which the wrong sign would be.
     settings.config.band_hz = Some((1e4, 2.4e5));
-    let Some(mut board) = Emulated::plug() else { return };
+    let mut board = Emulated::plug();
     let length = 8191;
     for (channel, turn) in [(0, 0.0), (1, -0.25)] {
         let angle = |n: usize| std::f64::consts::TAU * (1013.0 * n as f64 / length as f64 + turn);

@@ -2,7 +2,7 @@
 
 mod inputs;
 
-use host_tests::had;
+use host_tests::needed;
 use inputs::{inputs, session};
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::config::SPEED_OF_LIGHT;
@@ -517,13 +517,13 @@ fn board(said: &Value) {
 #[test]
 fn the_page_in_a_browser() {
     let _turn = turn();
-    let Some(site) = had(Site::build()) else { return };
+    let site = needed(Site::build());
     let served = site.serve(0).unwrap();
     let folder = inputs();
     let begun = std::time::Instant::now();
     let arguments = [served.address().into(), folder.clone().into_os_string()];
     let arguments = arguments.each_ref().map(|argument: &std::ffi::OsString| argument.as_os_str());
-    let Some(output) = had(browser::script("page.mjs", &arguments)) else { return };
+    let output = needed(browser::script("page.mjs", &arguments));
     println!("the browser took {:.1} s", begun.elapsed().as_secs_f64());
     let mut names = Vec::new();
     for line in output.lines() {
@@ -579,7 +579,7 @@ fn the_page_in_a_browser() {
 #[test]
 fn the_page_is_small() {
     let _turn = turn();
-    let Some(site) = had(Site::build()) else { return };
+    let site = needed(Site::build());
     let size = |name: &str| fs::metadata(site.folder().join(name)).unwrap().len();
     let modules = MODULES.map(|(name, _)| size(name));
     let page = FILES.iter().map(|(name, _)| size(name)).chain(modules).sum::<u64>();
@@ -593,8 +593,8 @@ fn the_page_is_small() {
 fn the_module_gives_the_same_bits() {
     const BLOCKS: u32 = 100_000;
     let _turn = turn();
-    let Some(site) = had(Site::build()) else { return };
-    let Some(node) = had(browser::node()) else { return };
+    let site = needed(Site::build());
+    let node = needed(browser::node());
     let script = picket_host::toolchain::workspace().join("web/browser/bits.mjs");
     let child = std::process::Command::new(node)
         .arg(script)

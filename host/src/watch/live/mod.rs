@@ -329,17 +329,6 @@ mod tests {
         }
     }
 
-    /// docs/web.md shows the recording of docs/board.md on a terminal of 80 columns.
-    #[test]
-    fn the_page_shows_what_is_drawn() {
-        let screen = drawn(&heard(include_bytes!("../../../../docs/session.bin")), 80, 24);
-        let lines: Vec<&str> =
-            screen.lines().map(|line| line.trim_matches('"').trim_end()).collect();
-        let block = format!("```text\n{}\n```", lines.join("\n").trim_end());
-        let page = include_str!("../../../../docs/web.md");
-        assert!(page.contains(&block), "docs/web.md does not show:\n{block}");
-    }
-
     #[test]
     fn smaller_terminals_and_strangers_do_no_harm() {
         let live = heard(include_bytes!("../../../../docs/session.bin"));

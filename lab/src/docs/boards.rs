@@ -1,0 +1,226 @@
+//! Tables of what boards' images, other programs and long campaigns take: `host-tests/figures.json` has what tests measured.
+
+use super::Table;
+use super::figures::{head, measured, row, whole};
+use crate::rates::{self, Rates};
+
+const BOARD: &str = "docs/board.md";
+const PICO: &str = "docs/pico.md";
+
+pub(super) const TABLES: &[Table] = &[
+    Table::new(BOARD, "images", images),
+    Table::new(BOARD, "blocks", blocks),
+    Table::new(BOARD, "rates", |_| rates_of(&rates::nucleo())),
+    Table::new(BOARD, "latency", |_| latency("board", "a steady tone", "a steady tone's")),
+    Table::new(BOARD, "held", held),
+    Table::new(BOARD, "several", several),
+    Table::new(BOARD, "sums", sums),
+    Table::new(PICO, "rates", |_| rates_of(&rates::pico())),
+    Table::new(PICO, "worst", worst),
+    Table::new(PICO, "latency", |_| latency("pico", "a usual block", "a usual block's")),
+    Table::new(PICO, "codes", codes),
+    Table::new("docs/effort.md", "claims", claims),
+    Table::new("docs/python.md", "errors", errors),
+];
+
+type Lines = Result<Vec<String>, String>;
+
+fn images(_: &Table) -> Lines {
+    let mut lines = head("| firmware image | flash, B | RAM, B |");
+    let [flash, ram] =
+        measured("board, usual, bytes of flash and RAM without the stack")?.map(whole);
+    lines.push(row(["usual".to_owned(), flash, format!("{ram} without the stack")]));
+    for option in ["--tracking", "--lines", "--signals"] {
+        let [flash, ram] =
+            measured(&format!("board, {option}, bytes of flash and RAM"))?.map(whole);
+        lines.push(row([
+            format!("`{option}`"),
+            flash,
+            format!("{ram} with the stack that it took"),
+        ]));
+    }
+    Ok(lines)
+}
+
+fn blocks(_: &Table) -> Lines {
+    let [usual] = measured("board, instructions of a block")?;
+    let [look, one, iq_look, iq_one] =
+        measured("board, instructions of the worst block that a short search finds")?;
+    let mut lines = head("| a block of 1024, instructions of this image | real | I/Q |");
+    lines.push(row(["a tone".to_owned(), whole(usual), String::new()]));
+    for (effort, real, iq) in [("look", look, iq_look), ("one", one, iq_one)] {
+        let name = format!("the worst that a short search found, at effort `{effort}`");
+        lines.push(row([name, whole(real), whole(iq)]));
+    }
+    Ok(lines)
+}
+
+/// In thousands a second: four digits.
+fn kilohertz(hertz: f64) -> String {
+    if hertz < 1e6 { format!("{:.1}", hertz / 1e3) } else { whole(hertz / 1e3) }
+}
+
+fn rates_of(all: &[Rates]) -> Lines {
+    let mut lines = head(
+        "| the highest rate, kS/s | usual blocks | whatever the signal is, `look` | whatever the signal is, `one` |",
+    );
+    for Rates { kind, usual_hz, always_hz } in all {
+        let always =
+            always_hz.map_or(["not searched"; 2].map(str::to_owned), |hertz| hertz.map(kilohertz));
+        lines.push(row([kind.to_string(), kilohertz(*usual_hz)].into_iter().chain(always)));
+    }
+    Ok(lines)
+}
+
+fn latency(board: &str, usual: &str, whose: &str) -> Lines {
+    let mut lines =
+        head("| from a block's last sample to its record's last byte, ms | median | most |");
+    for (what, whose) in [(usual, whose), ("a tone that takes longest", "the longest block's")] {
+        let delays: [f64; 2] = measured(&format!("{board}, ms to {whose} record"))?;
+        let [median, most] = delays.map(|delay| format!("{delay:.2}"));
+        lines.push(row([what.to_owned(), median, most]));
+    }
+    Ok(lines)
+}
+
+fn held(_: &Table) -> Lines {
+    let [held, search] =
+        measured("board, instructions of a held block and of a search")?.map(whole);
+    let mut lines = head("| image that follows, a block of 1024 | instructions |");
+    lines.push(row(["measured near the expected frequency".to_owned(), held]));
+    lines.push(row(["searched in full".to_owned(), search]));
+    Ok(lines)
+}
+
+fn several(_: &Table) -> Lines {
+    let [four, two, one] =
+        measured("board, instructions of blocks of 4, 2 and 1 tones")?.map(whole);
+    let [harmonics] = measured("board, instructions of a block of harmonics")?.map(whole);
+    let [fastest_four, fastest_two, fastest_harmonics] =
+        measured("board, kS/s with 4 tones, with 2 and with harmonics")?.map(whole);
+    let fastest_one = rates::nucleo().first().map_or(f64::NAN, |real| real.usual_hz);
+    let mut lines = head("| a block | `most` 4 | 2 | 1 | `harmonics` 10 |");
+    lines.push(row(["takes at most, instructions".to_owned(), four, two, one, harmonics]));
+    let one = whole(fastest_one / 1e3);
+    lines.push(row([
+        "holds at 180 MHz, kS/s".to_owned(),
+        fastest_four,
+        fastest_two,
+        one,
+        fastest_harmonics,
+    ]));
+    Ok(lines)
+}
+
+fn sums(_: &Table) -> Lines {
+    let mut lines = head("| instructions | a block | the last block of a sum |");
+    for kind in ["real", "I/Q"] {
+        let [block, last] =
+            measured(&format!("board, instructions of {kind} blocks in a sum"))?.map(whole);
+        lines.push(row([format!("sums of {kind} blocks"), block, last]));
+    }
+    let [burst] = measured("board, instructions of a burst")?.map(whole);
+    lines.push(row(["a burst, at most".to_owned(), burst, String::new()]));
+    let [sums, bursts] = measured("board, kS/s with sums and with bursts")?.map(whole);
+    for (what, rate) in [("sums of 100 blocks", sums), ("bursts", bursts)] {
+        lines.push(row([
+            format!("kS/s of real records with `slots` 8: {what}"),
+            rate,
+            String::new(),
+        ]));
+    }
+    Ok(lines)
+}
+
+fn worst(_: &Table) -> Lines {
+    let mut lines = head(
+        "| a tone below bin 48 that moves beside a drift | ms | cycles | reserved by the board, cycles |",
+    );
+    for (effort, reserved) in
+        ["look", "one"].into_iter().zip(picket_firmware::pico::words::WORST_CYCLES)
+    {
+        let [ms] = measured(&format!("pico, ms of the longest block at {effort}"))?;
+        let cells = [format!("at effort `{effort}`"), format!("{ms:.3}")];
+        lines.push(row(cells.into_iter().chain([whole(144e3 * ms), whole(reserved as f64)])));
+    }
+    Ok(lines)
+}
+
+fn codes(_: &Table) -> Lines {
+    let mut lines = head(
+        "| converter and handling | error, mHz rms | median sigma, mHz | error, sigmas rms | worst of 4000, sigmas |",
+    );
+    for name in [
+        "an ideal converter",
+        "as it is",
+        "`uncorrected`",
+        "corrected, table right",
+        "corrected, steps a third less",
+        "corrected, steps a third more",
+        "corrected, by turns",
+    ] {
+        let figures: [f64; 4] = measured(&format!("pico, wide codes, {name}"))?;
+        let [rms, sigma, sigmas, worst] = figures;
+        let figures = [
+            format!("{rms:.2}"),
+            format!("{sigma:.2}"),
+            format!("{sigmas:.2}"),
+            format!("{worst:.1}"),
+        ];
+        lines.push(row([name.to_owned()].into_iter().chain(figures)));
+    }
+    Ok(lines)
+}
+
+/// The groups of scenes, as the campaign names them.
+const GROUPS: [&str; 23] = [
+    "am",
+    "burst anywhere",
+    "burst in the middle",
+    "chirp",
+    "clean",
+    "clipped",
+    "clipped, two lines",
+    "colour",
+    "decay",
+    "drift",
+    "fm",
+    "harmonics anywhere",
+    "harmonics at N/4, N/3",
+    "hum",
+    "jump",
+    "keyed",
+    "late start",
+    "offset",
+    "on for a part",
+    "two lines 1 to 2 bins",
+    "two lines 5, 10 bins",
+    "two lines < 1 bin",
+    "walk",
+];
+
+fn claims(_: &Table) -> Lines {
+    let mut lines = head(
+        "| beside the tone | refused, right %: look | one | full | usable, off %: look | one | full | sigma: look | one | full |",
+    );
+    for group in GROUPS {
+        let figures: [f64; 9] = measured(&format!("effort, {group}"))?;
+        let figures = figures.map(|figure| format!("{figure:.2}"));
+        lines.push(row([group.to_owned()].into_iter().chain(figures)));
+    }
+    Ok(lines)
+}
+
+fn errors(_: &Table) -> Lines {
+    let mut lines = head("| | N = 256 | 1024 | 4096 |");
+    let ours: [f64; 3] = measured("python, rms error, mHz")?;
+    let theirs: [f64; 3] = measured("python, scipy's rms error, mHz")?;
+    let digits = |figure: f64| match figure {
+        ..10.0 => format!("{figure:.2}"),
+        ..100.0 => format!("{figure:.1}"),
+        _ => whole(figure),
+    };
+    lines.push(row(["rms error, mHz".to_owned()].into_iter().chain(ours.map(digits))));
+    lines.push(row(["scipy's, mHz".to_owned()].into_iter().chain(theirs.map(whole))));
+    Ok(lines)
+}
