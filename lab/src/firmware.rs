@@ -17,7 +17,11 @@ enum Work {
     /// Lints the library and the images for every core; warnings are errors
     Clippy,
     /// Builds the images for every core they run on and prints their sizes
-    Size,
+    Size {
+        /// Each image once, for size where it can be built so: whether all of them link
+        #[arg(long)]
+        once: bool,
+    },
 }
 
 /// The images for each core, with the board's feature. The M0's benchmark runs on the M3's board.
@@ -58,7 +62,7 @@ pub fn run(options: &Options) -> Result<ExitCode, RunError> {
     toolchain::have(&IMAGES.map(|(target, ..)| Need::Core(target)))?;
     match options.work {
         Work::Clippy => clippy(),
-        Work::Size => size(),
+        Work::Size { once } => size(once),
     }
 }
 
@@ -78,7 +82,7 @@ fn profiles(bin: &str) -> &'static [Profile] {
     }
 }
 
-fn size() -> Result<ExitCode, RunError> {
+fn size(once: bool) -> Result<ExitCode, RunError> {
     outln!(
         "{:16} {:26} {:15} {:8} {:>8} {:>8}",
         "image",
@@ -90,7 +94,9 @@ fn size() -> Result<ExitCode, RunError> {
     );
     for (target, images, features) in IMAGES {
         for &bin in images {
-            for &profile in profiles(bin) {
+            let profiles = profiles(bin);
+            let built = if once { profiles.len() - 1 } else { 0 };
+            for &profile in profiles.iter().skip(built) {
                 let image = Firmware { bin, target, features, profile }.build()?;
                 let Footprint { flash, ram } = Footprint::from_elf(&image)?;
                 let (core, profile, features) = (target.name(), profile.name(), features.join(","));
