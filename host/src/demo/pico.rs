@@ -4,7 +4,7 @@
 
 use super::options::Options;
 use super::{DemoError, measure, said};
-use crate::pico::bench::Pico;
+use crate::pico::bench::{Pico, emulator};
 use crate::pico::converter::Converter;
 use crate::pico::{binary, image};
 use crate::progress;
@@ -54,6 +54,8 @@ pub fn lidar(
 pub fn records(config: Config, voltages: &[f64]) -> Result<Vec<Telemetry>, DemoError> {
     let settings = settings(config)?;
     have(&[Need::Core(Target::M0), Need::Node]).map_err(said)?;
+    // Its scripts come from a registry: before the image is built, which takes long.
+    emulator().map_err(said)?;
     let elf = image().map_err(said)?;
     let mut board = Pico::plug(&binary(&elf).map_err(said)?).map_err(said)?;
     // It keeps the settings, and begins with the first sample when it is plugged in again.

@@ -220,7 +220,7 @@ impl<'a> Apt<'a> {
             ("APT::Sandbox::User", OsString::from("root")),
             ("Dir::Cache", self.folder.join("apt").into()),
             ("Acquire::Languages", "none".into()),
-            ("Acquire::Retries", "2".into()),
+            ("Acquire::Retries", "1".into()),
             ("Acquire::http::Timeout", "20".into()),
             ("Acquire::https::Timeout", "20".into()),
             ("Acquire::IndexTargets::deb::DEP-11::DefaultEnabled", "false".into()),

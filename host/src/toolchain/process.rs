@@ -23,13 +23,13 @@ pub(super) fn ask(program: &Path, arguments: &[&str]) -> Option<String> {
     output.status.success().then(|| text.trim().into())
 }
 
-/// An exclusive lock on a file, freed when dropped. A caller that has to wait prints so: another build may take minutes.
+/// An exclusive lock on a file, freed when dropped. A caller that has to wait prints so: a build or a download may take minutes.
 pub(super) fn locked(path: &Path) -> Result<File, ToolError> {
     let file = File::create(path).map_err(io_error(path.display()))?;
     match file.try_lock() {
         Ok(()) => {}
         Err(TryLockError::WouldBlock) => {
-            eprintln!("toolchain: waiting for another picket to end its build");
+            eprintln!("toolchain: waiting for another picket");
             file.lock().map_err(io_error(path.display()))?;
         }
         Err(TryLockError::Error(error)) => return Err(io_error(path.display())(error)),

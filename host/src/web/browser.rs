@@ -14,7 +14,7 @@ use std::process::{Command, Stdio};
 const FILES: [&str; 4] = ["browser.mjs", "pictures.mjs", "page.mjs", "bits.mjs"];
 
 /// Where the scripts are, with playwright-core.
-fn prepared() -> Result<PathBuf, ToolError> {
+pub(super) fn prepared() -> Result<PathBuf, ToolError> {
     let folder = page_directory().join("browser");
     scripts(&workspace().join("web/browser"), &FILES, "playwright-core", folder)
 }

@@ -39,6 +39,9 @@ pub fn run(options: &Options) -> Result<ExitCode, ToolError> {
         None => &[],
     };
     have(&[&[Need::Page], pictures].concat())?;
+    if options.pictures.is_some() {
+        browser::prepared()?;
+    }
     let site = Site::build()?;
     if options.build {
         crate::cli::print_line(&site.folder().display().to_string());
