@@ -35,6 +35,13 @@ fn the_core_cannot_panic_on_cortex_m4f() {
 
 #[test]
 #[ignore = "needs one more image: cargo test --test all -- --ignored"]
+fn the_core_cannot_panic_on_cortex_m4f_for_every_kind() {
+    let link = link("core_check", Target::M4f, Profile::Release, &["mps2", "every-kind"]);
+    link.unwrap_or_else(|error| panic!("{error}\n{error:?}"));
+}
+
+#[test]
+#[ignore = "needs one more image: cargo test --test all -- --ignored"]
 fn the_core_for_size_cannot_panic_on_cortex_m4f() {
     assert_proved("core_check", Target::M4f, &[Profile::Size]);
 }

@@ -1,7 +1,7 @@
 //! `picket calibrate` on recordings whose clock is known, and before a played board.
 
 use crate::cli::file;
-use crate::device::{PICKET, ended, path, plug, start, text};
+use crate::device::{PICKET, ended, path, patient, plug, start, text};
 use fixed::types::I0F32;
 use picket_dsp::acquire::burst::Trigger;
 use picket_dsp::acquire::sample::Stamp;
@@ -266,6 +266,7 @@ fn an_internal_oscillator_is_told() {
 /// A board that takes settings by a restart. It tells each order, and ends with its port.
 fn board(mut port: serialport::TTYPort, tell: mpsc::Sender<Order>) {
     use serialport::SerialPort;
+    let mut line = patient(&port);
     port.set_timeout(Duration::from_millis(5)).unwrap();
     std::thread::spawn(move || {
         let bench = Bench { records: 20, ..BENCH };
@@ -286,14 +287,16 @@ fn board(mut port: serialport::TTYPort, tell: mpsc::Sender<Order>) {
                     }
                     _ => Vec::new(),
                 };
-                let _ = port.write_all(&request.answer().reply(&body));
+                let _ = line.write_all(&request.answer().reply(&body));
                 if matches!(request.command, Order::SetSettings(..)) {
-                    let _ = port.write_all(&boot(Clock::External));
+                    let _ = line.write_all(&boot(Clock::External));
                 }
                 let _ = tell.send(request.command);
             }
             seed += 1;
-            let _ = port.write_all(&Bench { seed, ..bench }.records());
+            if line.write_all(&Bench { seed, ..bench }.records()).is_err() {
+                return;
+            }
         }
     });
 }

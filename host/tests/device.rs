@@ -267,8 +267,17 @@ fn a_full_disk_is_told() {
     }
 }
 
+/// The end of a port for writing: a program that is slow to read is waited for.
+pub fn patient(port: &TTYPort) -> TTYPort {
+    let mut line = port.try_clone_native().unwrap();
+    fcntl(line.as_raw_fd(), FcntlArg::F_SETFD(FdFlag::FD_CLOEXEC)).unwrap();
+    line.set_timeout(Duration::from_secs(60)).unwrap();
+    line
+}
+
 /// Plays a board on the other end of a port: `answer` has each order, and gives what the board says.
 fn board(mut port: TTYPort, mut answer: impl FnMut(Request) -> Vec<u8> + Send + 'static) {
+    let mut line = patient(&port);
     port.set_timeout(Duration::from_millis(20)).unwrap();
     std::thread::spawn(move || {
         let (mut reader, mut sequence) = (Reader::default(), 0);
@@ -282,11 +291,11 @@ fn board(mut port: TTYPort, mut answer: impl FnMut(Request) -> Vec<u8> + Send + 
             for &byte in &bytes[..count] {
                 let Some(Ok(frame)) = reader.push(byte) else { continue };
                 let Ok(request) = Request::from_frame(&frame) else { continue };
-                let _ = port.write_all(&answer(request));
+                let _ = line.write_all(&answer(request));
             }
             // It measures all the while.
             sequence += 1;
-            if port.write_all(&record(sequence)).is_err() {
+            if line.write_all(&record(sequence)).is_err() {
                 return;
             }
         }

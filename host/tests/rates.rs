@@ -3,7 +3,7 @@
 //! and the page in its package.
 
 use crate::cli::file;
-use crate::device::{PICKET, Running, path, plug, start, text};
+use crate::device::{PICKET, Running, path, patient, plug, start, text};
 use crate::scenes::{RATES, SCENES, Scene, boot};
 use picket_wire::command::{Command as Order, Request};
 use picket_wire::frame::Reader;
@@ -111,6 +111,7 @@ fn answering(
     tell: mpsc::Sender<Order>,
 ) -> Answering {
     use serialport::SerialPort;
+    let mut line = patient(&port);
     port.set_timeout(Duration::from_millis(20)).unwrap();
     let ends = Arc::new(AtomicBool::new(false));
     let ended = ends.clone();
@@ -124,10 +125,10 @@ fn answering(
                 let Ok(request) = Request::from_frame(&frame) else { continue };
                 let settings = request.command == Order::GetSettings;
                 let body = if settings { crate::scenes::settings(rate_hz) } else { Vec::new() };
-                port.write_all(&request.answer().reply(&body)).unwrap();
+                line.write_all(&request.answer().reply(&body)).unwrap();
                 let _ = tell.send(request.command);
                 if let Some(after) = after.take_if(|_| settings) {
-                    port.write_all(&after).unwrap();
+                    line.write_all(&after).unwrap();
                 }
             }
         }

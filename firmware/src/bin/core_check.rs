@@ -1,11 +1,15 @@
 //! The library without a front end. It measures a capture block by block, for comparison with other
-//! machines.
+//! machines: records of four kinds, or of all fourteen with the feature `every-kind`.
 #![no_std]
 #![no_main]
 
 use cortex_m_rt::entry;
-use picket_dsp::acquire::kind::{ForRecord, for_record};
+use picket_dsp::acquire::kind::ForRecord;
+#[cfg(feature = "every-kind")]
+use picket_dsp::acquire::kind::for_record;
 use picket_dsp::acquire::sample::Record;
+#[cfg(not(feature = "every-kind"))]
+use picket_dsp::acquire::sample::{Iq, Real};
 use picket_dsp::pipeline::Pipeline;
 use picket_dsp::spectrum::fft::twiddle::MAX_LENGTH;
 use picket_firmware::mps2::halt::{Exit, exit};
@@ -20,7 +24,18 @@ picket_firmware::vectors!(handlers(&[]));
 fn main() -> ! {
     let playback = Playback::open();
     let (iq, n) = (playback.header.iq, playback.header.n as usize);
-    for_record(iq, n, Check(playback));
+    let check = Check(playback);
+    #[cfg(feature = "every-kind")]
+    for_record(iq, n, check);
+    // The shortest record and the usual one, I/Q, and the longest.
+    #[cfg(not(feature = "every-kind"))]
+    match (iq, n) {
+        (false, 64) => check.run::<Real, 64>(),
+        (false, 1024) => check.run::<Real, 1024>(),
+        (true, 256) => check.run::<Iq, 256>(),
+        (true, 4096) => check.run::<Iq, 4096>(),
+        _ => exit(Exit::Capture),
+    }
     exit(Exit::Done)
 }
 
