@@ -8,7 +8,8 @@ use crate::methods::registry::Method;
 use crate::plan::{Plan, Solver, Terms};
 use crate::solve::chirp::{Mixing, Scale};
 use crate::solve::equations::Chirp;
-use crate::solve::track::{Tracking, gain};
+use crate::solve::motion::{CALM, gain};
+use crate::solve::track::Tracking;
 use crate::solve::tracks::APART;
 use crate::spectrum::neighbourhood::has_ring;
 use crate::spectrum::peak::Band;
@@ -267,11 +268,17 @@ impl Config {
                 width,
             },
             solver: self.solver(n, iq)?,
-            tracking: self.tracking(n, &width)?,
+            tracking: self.tracking(n, iq, &threshold, &width)?,
         })
     }
 
-    fn tracking(&self, n: usize, width: &Width) -> Result<Tracking, ConfigError> {
+    fn tracking(
+        &self,
+        n: usize,
+        iq: bool,
+        threshold: &Threshold,
+        width: &Width,
+    ) -> Result<Tracking, ConfigError> {
         let Following { agility, acceleration_bins, rate_bins, most, refresh } = self.following;
         // The squares of these values are variances, which must neither overflow nor vanish.
         let right = (1e-6..=1e3).contains(&agility)
@@ -283,11 +290,12 @@ impl Config {
         }
         let bin = 1.0 / n.max(1) as f32;
         Ok(Tracking {
-            agility,
-            acceleration: acceleration_bins * bin,
             rate: rate_bins * bin,
+            signed: iq,
+            // A real tone has half of its power in its bin, the other half in the mirror image's.
+            evident: threshold.least_power() * bin * if iq { 1.0 } else { 2.0 },
             apart: APART * bin,
-            envelope: width.followed(gain(agility)) * bin * bin,
+            envelope: width.followed(gain(CALM)) * bin * bin,
             stated: 2.0 * width.envelope * bin * bin,
             most: usize::from(most),
             refresh,

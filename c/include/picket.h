@@ -57,7 +57,7 @@ const char *picket_status_message(picket_status status);
 /* ---- Verdicts ---- */
 
 /* What is known against a number. The order of severity is: good, moving, near-edge, clipped, unresolved, image, gap,
-   weak, front-end, no-signal, wrong-codes. */
+   weak, front-end, no-signal, wrong-codes, coasting. */
 enum {
     PICKET_GOOD = 0,        /* one steady tone: sigma is its error */
     PICKET_NEAR_EDGE = 1,   /* beside 0 Hz or half the rate, or outside of the band */
@@ -69,7 +69,8 @@ enum {
     PICKET_WRONG_CODES = 7, /* samples beyond the rails that were stated */
     PICKET_MOVING = 8,      /* it changes within the block: the mean, within sigma */
     PICKET_IMAGE = 9,       /* I and Q do not match: the sign may be wrong */
-    PICKET_FRONT_END = 10   /* codes wrap, or samples changed places: it may be another line */
+    PICKET_FRONT_END = 10,  /* codes wrap, or samples changed places: it may be another line */
+    PICKET_COASTING = 12    /* not measured in this block: the track's prediction */
 };
 /* What a number may be used for. */
 enum {
@@ -289,7 +290,7 @@ enum { PICKET_CONTINUOUS = 0, PICKET_UP = 1, PICKET_FLAT = 2, PICKET_DOWN = 3 };
         uint64_t state[(4 * (N) * (PARTS) + 512) / 8];                                                              \
     } KIND;                                                                                                         \
     typedef struct KIND##_tracker {                                                                                 \
-        uint64_t state[(4 * (N) * (PARTS) + 5120) / 8];                                                             \
+        uint64_t state[(4 * (N) * (PARTS) + 6656) / 8];                                                             \
     } KIND##_tracker;                                                                                               \
     typedef struct KIND##_accumulator {                                                                             \
         uint64_t state[(8 * (N) * (PARTS) + 256) / 8];                                                              \
