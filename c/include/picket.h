@@ -48,7 +48,7 @@ enum {
     PICKET_ERROR_RAMP = 19,         /* a ramp is shorter than its guard and a record */
     PICKET_ERROR_SCALE = 20,        /* range or velocity per cycle out of range */
     PICKET_ERROR_FALSE_ALARM = 21,  /* not above 0, or above 0.5 */
-    PICKET_ERROR_FOLLOWING = 22,    /* agility, rate, acceleration or most out of range */
+    PICKET_ERROR_FOLLOWING = 22,    /* rate or most out of range */
     PICKET_ERROR_CONFIG = 23        /* anything else in a configuration */
 };
 /* A status in one line of English. Never NULL. */
@@ -191,11 +191,9 @@ enum {
 
 /* How tones are followed. */
 typedef struct picket_following {
-    float agility;           /* sigma of the acceleration over that of a measurement; 0 is 0.05 */
-    float acceleration_bins; /* its least sigma, bins per block squared */
-    float rate_bins;         /* sigma of a new target's rate, bins per block; 0 is 2 */
-    uint8_t most;            /* tones followed at once, 1 to 4; 0 is 1 */
-    uint8_t refresh;         /* one block in so many is searched whole while one tone is locked; 0 searches all */
+    float rate_bins;     /* sigma of a new target's rate, bins per block; 0 is 2 */
+    uint8_t most;        /* tones followed at once, 1 to 4; 0 is 1 */
+    uint8_t refresh;     /* one block in so many is searched whole while one tone is locked; 0 searches all */
     uint8_t reserved[2];
 } picket_following;
 

@@ -37,8 +37,8 @@ const STEP: f32 = 3.0;
 const RENEWAL: f32 = 0.25;
 const GROWTH: f32 = 2.0;
 
-/// The probabilities that a target changes to another model: one calm block in 100 is the last, and one in 20 of the others.
-const BEGINS: f32 = 0.005;
+/// The probabilities that a target changes to another model: one calm block in 170 is the last, and one in 20 of the others.
+const BEGINS: f32 = 0.003;
 const ENDS: f32 = 0.05;
 
 /// The probabilities of changes, for each model from the calm, the agile and the restless one.
