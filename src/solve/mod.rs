@@ -4,6 +4,7 @@ pub mod chirp;
 pub mod displacement;
 pub mod doppler;
 pub mod equations;
+pub(crate) mod motion;
 pub mod pairing;
 pub(crate) mod segments;
 pub mod sequence;
