@@ -110,6 +110,7 @@ impl Native {
         }
         if let Some(terms) = scene {
             config.scene = terms::scene(&terms).map_err(wrong)?;
+            [config.range_m, config.velocity_mps] = terms.9;
         }
         if let Some((rate_bins, most, refresh)) = following {
             config.following = Following { rate_bins, most, refresh };

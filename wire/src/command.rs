@@ -172,7 +172,11 @@ impl Request {
             (5, body) => {
                 if !matches!(
                     body.len(),
-                    Settings::SHORT | Settings::LONG | Settings::WIDE | Settings::BYTES
+                    Settings::SHORT
+                        | Settings::LONG
+                        | Settings::WIDE
+                        | Settings::MODED
+                        | Settings::BYTES
                 ) {
                     return unknown;
                 }
