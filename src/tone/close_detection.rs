@@ -1,34 +1,41 @@
-//! The close look at a line that is not far above the noise next to it. Noise seldom is white: the floor of a band tells little about the
-//! noise at one place in the band.
+//! The probability that noise alone makes a line, where the noise may have any smooth spectrum.
 //!
-//! So a line must pass several tests at once. Each compares the ratio of the line's power to one noise power with the threshold for the
-//! degrees of freedom of this noise (see [`detection`](super::detection)): the floor of the band, the louder side of the ring, a ring twice
-//! as wide, the fit's mean residual, and in short records the louder half of the residual. Because all must pass, each threshold is relaxed
-//! a little.
+//! Bins near a line are as loud as the noise under the line; bins farther away are more, and so tell a noise power more exactly, if they are
+//! as loud. So the bins form [`Shell`]s around the line: 3 to 16 bins off, the ring, the band. The noise is alike up to one of the shells,
+//! and each further shell has a power of its own. Mean powers of `a` and `b` bins of the same noise have a ratio whose logarithm q has the
+//! density
+//!
+//! ```text
+//! gamma(a + b) / (gamma(a) gamma(b)) u^a (1 - u)^b        u = a e^q / (a e^q + b)
+//! ```
+//!
+//! and of two noises any q within 20 dB is as probable. Bayes' rule makes of this the probability of each reach. If the noise is alike in
+//! `m` bins of the mean power P, noise makes a line of M possible ones as strong as this one, W, with probability `M (1 + W / (m P))^-m`
+//! (see [`detection`](super::detection)). M is the number of bins in these shells: noise that is as loud as this in few bins has few bins to
+//! raise. The mean over the reaches is the chance of the line.
+//!
+//! Near 0 Hz noise of electronics rises with `1/f^b`, b up to 3, and a line may have no quieter bins below it. There the bins of the first
+//! shell are also seen divided by `(1 + x/k)^-b`, x bins from the line's bin k, with equal odds for each b before any look.
 
-use super::detection::{Detector, Relaxation, Spread};
-use super::fit::{Fit, Model, take_around};
+use super::detection::Detector;
 use super::noise::ring::LocalNoise;
-use super::observer::{Observer, Statistic, Test};
-use crate::acquire::sample::Record;
+use super::observer::{Observer, Statistic};
 use crate::math::scalar::Scalar;
 use crate::spectrum::bins::REACH;
-use crate::spectrum::neighbourhood::Neighbourhood;
 use num_complex::Complex;
 
-/// The residual of the louder half of the bins 3 to 16 away, which form four groups, two on each side.
-///
-/// A band of noise may end within the bins of the fit. The bins beyond its end have no noise, so the mean of all bins is too low.
+/// The numbers of bins that are 3 to 4, 5 to 8 and 9 to 16 away, with this many bins to the left and to the right; at least one in each
+/// group.
 #[inline(never)]
-pub(super) fn louder_half<R: Record, const N: usize>(near: &Neighbourhood, fit: &Fit<f32>) -> f32 {
-    let (peak, unit) = (near.peak, near.unit());
-    let mut bins = [Complex::new(0.0, 0.0); WIDTH];
-    for (bin, &[re, im]) in bins.iter_mut().zip(near.within(REACH)) {
-        *bin = Complex::new(re as f32 * unit, im as f32 * unit);
-    }
-    take_around::<R, N>(&Model::new(fit, peak, N as i32), peak, &mut bins);
-    louder(&bins, R::IQ, N, peak)
+pub(super) fn beside(left: i32, right: i32) -> [f32; 3] {
+    [(3, 4), (5, 8), (9, 16)].map(|(nearest, farthest): (i32, i32)| {
+        let side = |room: i32| (farthest.min(room) - nearest + 1).max(0);
+        (side(left) + side(right)).max(1) as f32
+    })
 }
+
+/// All bins that a fit reads.
+pub(super) const WIDTH: usize = 2 * REACH + 1;
 
 /// The mean power of the louder half of the residual in the bins around a peak, 3 to 16 away on each side. The ends of a real spectrum may
 /// leave out some of these bins.
@@ -59,71 +66,178 @@ pub(crate) fn louder(bins: &[Complex<f32>; WIDTH], iq: bool, n: usize, peak: i32
     0.5 * (loudest + second)
 }
 
+/// Bins on both sides of a line, at about the same distance.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shell {
+    /// The mean power of a bin.
+    mean: f32,
+    /// The number of independent bins with this accuracy.
+    bins: f32,
+    /// The number of bins up to here that noise may raise.
+    reach: f32,
+}
+
+impl Shell {
+    /// No bins.
+    pub const NONE: Self = Self { mean: 0.0, bins: 0.0, reach: 0.0 };
+
+    /// The bins of a band beside the line and its skirt.
+    pub fn floor(mean: f32, bins: u32) -> Self {
+        Self { mean, bins: bins as f32, reach: f32::INFINITY }
+    }
+}
+
+/// The natural logarithm of the probability that noise makes a line of this power in a search of `searched` bins. The shells begin with the
+/// nearest.
+#[inline(never)]
+pub(super) fn ln_chance(power: f32, searched: f32, shells: &[Shell]) -> f32 {
+    let (mut sum, mut bins, mut reach) = (0.0, 0.0, 1.0);
+    // The probability that the noise is alike up to this shell, and the sum of the chances.
+    let (mut alike, mut chance) = (1.0, 0.0);
+    let beyond = |sum: f32, bins: f32, reach: f32| {
+        reach * exponential(-bins * (1.0 + power / sum).log_e())
+    };
+    for shell in shells.iter().filter(|shell| shell.bins > 0.0 && shell.mean > 0.0) {
+        if bins > 0.0 {
+            let own = 1.0 / (1.0 + OWN * exponential(-ln_alike(sum, bins, shell)));
+            chance += alike * (1.0 - own) * beyond(sum, bins, reach);
+            alike *= own;
+        }
+        sum += shell.mean * shell.bins;
+        bins += shell.bins;
+        reach = shell.reach.min(searched);
+    }
+    if bins > 0.0 {
+        chance += alike * beyond(sum, bins, reach);
+    }
+    chance.max(f32::MIN_POSITIVE).log_e()
+}
+
+/// The odds before any look that a shell has another noise power than the bins within it, times the density of its logarithm, of which all
+/// within 20 dB louder or quieter are as probable.
+const OWN: f32 = 0.25 / (2.0 * 4.605);
+
+/// The logarithm of the density of this ratio of two mean powers if the noise is alike, with Stirling's formula for the gamma functions.
+fn ln_alike(sum: f32, a: f32, shell: &Shell) -> f32 {
+    let b = shell.bins;
+    let all = a + b;
+    let mean = (sum + shell.mean * b) / all;
+    let [x, y] = [sum / (a * mean), shell.mean / mean];
+    a * x.log_e() + b * y.log_e() + 0.5 * (a * b / (core::f32::consts::TAU * all)).log_e()
+}
+
+/// Independent bins per bin of a residual.
+const EACH: f32 = 0.9;
+
+/// `exp(x)` for x not above 80.
+fn exponential(x: f32) -> f32 {
+    libm::expf(x.max(-80.0))
+}
+
+/// Decades in a unit of a natural logarithm.
+const DECADE: f32 = core::f32::consts::LOG10_E;
+
+/// Bins of a real spectrum below which noise may rise steeply towards 0 Hz.
+const STEEP: i32 = 2 * REACH as i32;
+
+/// The powers of frequency that are tried there, beside 0.
+const SLOPES: usize = 3;
+
+/// The residual of a fit 3 to 16 bins from its peak: the number of bins, and for each slope the sum of their powers over the slope's and the
+/// sum of the slope's logarithms.
+pub(super) struct Beside {
+    bins: f32,
+    sums: [f32; SLOPES + 1],
+    logs: f32,
+}
+
+impl Beside {
+    /// The residual of the bins around a peak.
+    pub fn from_bins(bins: &[Complex<f32>; WIDTH], iq: bool, n: usize, peak: i32) -> Self {
+        let mut beside = Self { bins: 0.0, sums: [0.0; SLOPES + 1], logs: 0.0 };
+        let steep = is_steep(iq, peak);
+        let last = n as i32 / 2;
+        for (i, bin) in (-(REACH as i32)..).zip(bins) {
+            let k = peak + i;
+            if i.abs() < 3 || !iq && !(1..last).contains(&k) {
+                continue;
+            }
+            let mut power = bin.norm_sqr();
+            beside.bins += 1.0;
+            let rise = if steep { k as f32 / peak as f32 } else { 1.0 };
+            for sum in &mut beside.sums {
+                *sum += power;
+                power *= rise;
+            }
+            if steep {
+                beside.logs += rise.log_e();
+            }
+        }
+        beside
+    }
+
+    /// The first shell for noise of this slope, and the logarithm of the odds of this slope.
+    fn shell(&self, slope: usize) -> (Shell, f32) {
+        let sum = self.sums.get(slope).copied().unwrap_or(0.0);
+        let mean = sum / self.bins.max(1.0);
+        let odds = EACH * (slope as f32 * self.logs - self.bins * mean.log_e());
+        (Shell { mean, bins: EACH * self.bins, reach: 2.0 * REACH as f32 }, odds)
+    }
+}
+
+/// Whether noise may rise steeply towards 0 Hz at a peak.
+fn is_steep(iq: bool, peak: i32) -> bool {
+    !iq && (1..STEEP).contains(&peak)
+}
+
 impl Detector {
-    /// Whether the floor of the line's band, if it separates noise from tones, is a test of its own: where the floor is as loud as the wide
-    /// ring and the residual.
-    #[inline(never)]
-    pub(super) fn tested(&self, wide: &LocalNoise, floor: Option<f32>) -> bool {
-        let (mean, dof) = self.spread.mean();
-        let residual = dof > 0.0 && wide.has_sides();
-        floor.is_some_and(|floor| {
-            let likely = 1.0 + RESIDUAL * (2.0 / dof).root();
-            wide.loud * self.n as f32 <= LOUDER * floor && !(residual && mean > likely * floor)
-        })
+    /// Whether a line is far above all noise near it or below the threshold in any noise; `None` if that takes a closer look.
+    #[inline(always)]
+    pub(super) fn decided(&self, beside: &LocalNoise, floor: &Shell, observer: impl Observer) -> Option<bool> {
+        let Self { n, iq, peak, power, ref spread, threshold } = *self;
+        let ring = beside.loud * n as f32;
+        let mut loudest = if ring > spread.middle { ring } else { spread.middle };
+        let steep = is_steep(iq, peak);
+        if steep {
+            let rise = (peak + REACH as i32) as f32 / peak as f32;
+            loudest *= rise * rise * rise;
+        }
+        if observer.exceeds(Statistic::FarAbove, power / loudest, threshold.far_above()) {
+            return Some(true);
+        }
+        let _ = floor;
+        None
     }
 
-    /// Whether the line exceeds this noise, the noise of a wider ring, and the mean residual.
+    /// Whether the line is more than noise, by its chance.
     #[inline(never)]
-    pub(super) fn exceeds(
+    pub(super) fn is_improbable(
         &self,
+        residual: &Beside,
         beside: &LocalNoise,
-        wide: &LocalNoise,
-        tested: bool,
+        floor: Shell,
         observer: impl Observer,
     ) -> bool {
-        let Self { n, ref spread, .. } = *self;
-        let (least, (mean, dof)) = (spread.least, spread.mean());
-        // A short record without a ring has nothing else beside its tone.
-        let residual = beside.has_sides() && dof > if self.short { 0.0 } else { WHOLE };
-        // In a short record the wide ring is most of the spectrum, and the floor once more.
-        let less = match (tested, self.short) {
-            (true, true) => Relaxation::MOST,
-            (true, false) => Relaxation::SOME.in_record(n),
-            (false, _) => Relaxation::NOTHING,
-        };
-        let less_residual = if self.short && !tested {
-            Relaxation::NOTHING
-        } else {
-            Relaxation::for_residual(n, self.short)
-        };
-        let detects = |statistic, beside: &LocalNoise, less| {
-            let noise = least.max(beside.loud * n as f32);
-            self.detects(statistic, noise, beside.noise.dof, less, observer)
-        };
-        let over_mean =
-            || self.detects(Statistic::MeanResidual, mean, dof, less_residual, observer);
-        (!residual || over_mean())
-            && detects(Statistic::WideRing, wide, less)
-            && detects(Statistic::Ring, beside, Relaxation::MOST.in_record(n))
-    }
-
-    /// Whether the line exceeds this mean of the louder half of the residual, or a floor that is a test of its own is as loud as the floor
-    /// of white noise.
-    #[inline(never)]
-    pub(super) fn exceeds_half(
-        &self,
-        louder: f32,
-        floor: Option<f32>,
-        observer: impl Observer,
-    ) -> bool {
-        /// Effective degrees of freedom of this mean, as if it were not a maximum.
-        const DOF: f32 = 72.0;
-        /// In white noise the louder half has 1.25 times the floor's power, and exceeds this factor four times in a thousand.
-        const LIKELY: f32 = 2.0;
-        floor.is_some_and(|floor| {
-            observer.hear(|| Test::new(Statistic::LouderHalf, louder / floor, LIKELY));
-            louder <= LIKELY * floor
-        }) || self.detects(Statistic::OverLouderHalf, louder, DOF, Relaxation::NOTHING, observer)
+        let Self { n, iq, peak, power, threshold, .. } = *self;
+        let (asked, searched) = threshold.parts();
+        let (near, odds) = residual.shell(0);
+        let mean = beside.mean() * n as f32;
+        let ring = Shell { mean, bins: 0.5 * beside.noise.dof, reach: f32::INFINITY };
+        // The floor of a short record holds all of its bins.
+        let ring = if beside.has_sides() || floor.bins == 0.0 { ring } else { Shell::NONE };
+        let mut chance = exponential(ln_chance(power, searched, &[near, ring, floor]));
+        if is_steep(iq, peak) {
+            let mut all = 1.0;
+            for slope in 1..=SLOPES {
+                let (near, other) = residual.shell(slope);
+                let odds = exponential((other - odds).min(30.0));
+                chance += odds * exponential(ln_chance(power, searched, &[near]));
+                all += odds;
+            }
+            chance /= all;
+        }
+        let rare = -DECADE * chance.max(f32::MIN_POSITIVE).log_e();
+        observer.exceeds(Statistic::Chance, rare, -DECADE * asked)
     }
 
     /// The factor on sigma of a line that is found in noise of this power per sample.
@@ -138,37 +252,4 @@ impl Detector {
         let share = least / self.power;
         1.0 + MOST * (share * share) * (share * share)
     }
-}
-
-/// Degrees of freedom per bin of the mean residual.
-const EACH: f32 = 1.8;
-/// Minimum degrees of freedom for the residual to be tested beside a ring that is narrow in the spectrum: most of the degrees of freedom of
-/// 28 bins.
-const WHOLE: f32 = 45.0;
-/// The ring's noise over the floor, above which the floor belongs to another part of the spectrum.
-const LOUDER: f32 = 1.4;
-/// The limit of the mean residual, in its standard deviations above the floor, from which the floor belongs to another part of the
-/// spectrum.
-const RESIDUAL: f32 = 2.6;
-
-/// All bins that a fit reads.
-const WIDTH: usize = 2 * REACH + 1;
-
-impl Spread {
-    /// The mean residual of a bin over all groups, with its degrees of freedom.
-    fn mean(&self) -> (f32, f32) {
-        let ([inside, all], [nearest, next, last]) = (self.sums, self.bins);
-        let bins = nearest + next + last;
-        ((all - inside) / bins, EACH * bins)
-    }
-}
-
-/// The numbers of bins that are 3 to 4, 5 to 8 and 9 to 16 away, with this many bins to the left and to the right; at least one in each
-/// group.
-#[inline(never)]
-pub(super) fn beside(left: i32, right: i32) -> [f32; 3] {
-    [(3, 4), (5, 8), (9, 16)].map(|(nearest, farthest): (i32, i32)| {
-        let side = |room: i32| (farthest.min(room) - nearest + 1).max(0);
-        (side(left) + side(right)).max(1) as f32
-    })
 }

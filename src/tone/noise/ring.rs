@@ -31,7 +31,7 @@ use crate::spectrum::bins::REACH;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::fft::integer::Point;
 use crate::spectrum::neighbourhood::{
-    GROUP, GROUPS, GUARD, LENT, Neighbourhood, groups, has_ring, room,
+    GROUP, GROUPS, GUARD, LENT, Neighbourhood, groups, has_ring,
 };
 use crate::tone::arithmetic::Arithmetic;
 use crate::tone::fit::Fit;
@@ -182,45 +182,6 @@ pub fn from_rest(n: usize, iq: bool, peak: i32, rest: impl Fn(i32) -> f32) -> Lo
     from_sides([side(-1, left), side(1, right)], 1.0 / (6.0 * n.max(1) as f32), f32::MIN_POSITIVE)
 }
 
-/// The noise in a ring nearly twice as wide as the ring of `beside`. A peak that is hardly stronger than the noise must exceed this one,
-/// too.
-///
-/// Cost: up to 50 bins read, 24 differences.
-#[inline(never)]
-pub fn loud<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
-    at: &Neighbourhood,
-    fit: &Fit<f32>,
-    beside: &LocalNoise,
-    arithmetic: Arithmetic,
-) -> Option<LocalNoise> {
-    if !has_ring(N, R::IQ) {
-        return None;
-    }
-    let own = Own::new(R::IQ, at.peak, N, fit, at.exponent);
-    let [left, right] = room(N, R::IQ, at.peak);
-    let [near_left, near_right] = beside.sides;
-    let side = |outward: i32, near: Side, room: usize| {
-        let places = near.count..room.min(WIDE).max(near.count);
-        let all = near.and(own.read(spectrum, outward, places, arithmetic));
-        let (share, variance) = all.kept();
-        if all.count == 0 { (0.0, 0.0) } else { (all.quiet() / share, 2.0 / variance) }
-    };
-    let (left, right) = (side(-1, near_left, left), side(1, near_right, right));
-    let (quieter, louder) = if left.0 < right.0 { (left, right) } else { (right, left) };
-    let power = (louder.0 * unit(at)).max(least(at));
-    let spread = (2.0 / louder.1.max(1.0) + 2.0 / quieter.1.max(1.0)).root();
-    // A side that is quieter by more than chance has another noise, and makes the louder side no more accurate.
-    let apart = louder.1 > FEW && louder.0 > (1.0 + 3.0 * spread) * quieter.0;
-    let dof = if apart { louder.1 } else { louder.1 + quieter.1 };
-    (dof > 0.0).then_some(LocalNoise {
-        noise: Noise { power, dof },
-        loud: power,
-        range: [power; 2],
-        sides: beside.sides,
-    })
-}
-
 /// Degrees of freedom of the noise beside a tone away from the ends of the spectrum.
 pub(crate) const fn dof(n: usize, iq: bool) -> f32 {
     if has_ring(n, iq) { const { 4.0 / KEPT[WANTED].1 } } else { whole::dof(n, iq) as f32 }
@@ -277,6 +238,14 @@ impl LocalNoise {
     /// Whether the noise comes from a ring.
     pub(crate) fn has_sides(&self) -> bool {
         self.sides.iter().any(|side| side.count > 0)
+    }
+
+    /// The mean power of both sides.
+    pub(crate) fn mean(&self) -> f32 {
+        match self.sides {
+            [Side { count: 1.., .. }, Side { count: 1.., .. }] => 0.5 * (self.range[0] + self.range[1]),
+            _ => self.noise.power,
+        }
     }
 
     /// Whether the noise has an edge between both sides.
