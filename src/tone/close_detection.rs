@@ -22,6 +22,7 @@ use super::noise::ring::LocalNoise;
 use super::observer::{Observer, Statistic};
 use crate::math::scalar::Scalar;
 use crate::spectrum::bins::REACH;
+use core::f32::consts::TAU;
 use num_complex::Complex;
 
 /// The numbers of bins that are 3 to 4, 5 to 8 and 9 to 16 away, with this many bins to the left and to the right; at least one in each
@@ -73,131 +74,176 @@ pub(super) struct Shell {
     mean: f32,
     /// The number of independent bins with this accuracy.
     bins: f32,
-    /// The number of bins up to here that noise may raise.
+    /// The number of bins that noise may raise, if it is as loud as this up to here.
     reach: f32,
+    /// The probability before any look that the noise has another power from here on.
+    own: f32,
 }
+
+/// The probability before any look that noise has another power beyond the first shells, and beyond the ring. It is small because nearly
+/// all lines are sought in noise that is alike: 6 % cost a line in white noise less than .1 dB.
+const OWN: f32 = 0.06;
+/// The probability before any look that noise differs within the first shells, if it is alike beyond, and if it is not.
+const HUMP: [f32; 2] = [0.006, 0.5];
+/// The width of the natural logarithms of power within 20 dB.
+const WITHIN: f32 = 2.0 * 2.0 * core::f32::consts::LN_10;
+/// Independent bins per bin of a residual, and per degree of freedom of the ring, a third of which are bins of a fit.
+const EACH: f32 = 0.9;
+const RING: f32 = 1.0 / 3.0;
+/// Decades in a unit of a natural logarithm.
+const DECADE: f32 = core::f32::consts::LOG10_E;
 
 impl Shell {
     /// No bins.
-    pub const NONE: Self = Self { mean: 0.0, bins: 0.0, reach: 0.0 };
+    pub const NONE: Self = Self { mean: 0.0, bins: 0.0, reach: 0.0, own: 0.0 };
 
     /// The bins of a band beside the line and its skirt.
     pub fn floor(mean: f32, bins: u32) -> Self {
-        Self { mean, bins: bins as f32, reach: f32::INFINITY }
+        Self { mean, bins: bins as f32, reach: f32::INFINITY, own: OWN }
+    }
+
+    /// The bins of the ring in a record of `n` samples.
+    fn ring(beside: &LocalNoise, n: usize) -> Self {
+        let (mean, bins) = (beside.mean() * n as f32, RING * beside.noise.dof);
+        Self { mean, bins, reach: f32::INFINITY, own: OWN }
+    }
+
+    /// The sum of the powers.
+    fn sum(&self) -> f32 {
+        self.mean * self.bins
+    }
+
+    /// The probability that this shell has another noise than these bins within it. The density of the ratio of two mean powers of one noise
+    /// is taken with Stirling's formula for the gamma functions.
+    fn differs(&self, sum: f32, bins: f32) -> f32 {
+        let all = bins + self.bins;
+        let mean = (sum + self.sum()) / all;
+        let [x, y] = [sum / (bins * mean), self.mean / mean];
+        let spread = 0.5 * (bins * self.bins / (TAU * all)).log_e();
+        let density = bins * x.log_e() + self.bins * y.log_e() + spread;
+        let odds = self.own / WITHIN * exponential(-density);
+        odds / (1.0 + odds)
     }
 }
 
-/// The natural logarithm of the probability that noise makes a line of this power in a search of `searched` bins. The shells begin with the
-/// nearest.
-#[inline(never)]
-pub(super) fn ln_chance(power: f32, searched: f32, shells: &[Shell]) -> f32 {
+/// The probability that noise makes a line of this power in a search of `searched` bins. The shells begin with the nearest.
+fn chance(power: f32, searched: f32, shells: &[Shell]) -> f32 {
     let (mut sum, mut bins, mut reach) = (0.0, 0.0, 1.0);
     // The probability that the noise is alike up to this shell, and the sum of the chances.
     let (mut alike, mut chance) = (1.0, 0.0);
-    let beyond = |sum: f32, bins: f32, reach: f32| {
-        reach * exponential(-bins * (1.0 + power / sum).log_e())
-    };
+    let up_to =
+        |sum: f32, bins: f32, reach: f32| reach * exponential(-bins * (1.0 + power / sum).log_e());
     for shell in shells.iter().filter(|shell| shell.bins > 0.0 && shell.mean > 0.0) {
         if bins > 0.0 {
-            let own = 1.0 / (1.0 + OWN * exponential(-ln_alike(sum, bins, shell)));
-            chance += alike * (1.0 - own) * beyond(sum, bins, reach);
-            alike *= own;
+            let differs = shell.differs(sum, bins);
+            // A hump's power falls with the square of the distance, which doubles from shell to shell: it is louder still at the line.
+            let falls = (sum / (bins * shell.mean)).max(1.0).root().root();
+            chance += alike * differs * up_to(falls * sum, bins, reach);
+            alike *= 1.0 - differs;
         }
-        sum += shell.mean * shell.bins;
+        sum += shell.sum();
         bins += shell.bins;
         reach = shell.reach.min(searched);
     }
     if bins > 0.0 {
-        chance += alike * beyond(sum, bins, reach);
+        chance += alike * up_to(sum, bins, reach);
     }
-    chance.max(f32::MIN_POSITIVE).log_e()
+    chance
 }
 
-/// The odds before any look that a shell has another noise power than the bins within it, times the density of its logarithm, of which all
-/// within 20 dB louder or quieter are as probable.
-const OWN: f32 = 0.25 / (2.0 * 4.605);
-
-/// The logarithm of the density of this ratio of two mean powers if the noise is alike, with Stirling's formula for the gamma functions.
-fn ln_alike(sum: f32, a: f32, shell: &Shell) -> f32 {
-    let b = shell.bins;
-    let all = a + b;
-    let mean = (sum + shell.mean * b) / all;
-    let [x, y] = [sum / (a * mean), shell.mean / mean];
-    a * x.log_e() + b * y.log_e() + 0.5 * (a * b / (core::f32::consts::TAU * all)).log_e()
-}
-
-/// Independent bins per bin of a residual.
-const EACH: f32 = 0.9;
-
-/// `exp(x)` for x not above 80.
+/// `exp(x)`, held to the range of single precision.
 fn exponential(x: f32) -> f32 {
-    libm::expf(x.max(-80.0))
+    libm::expf(x.clamp(-80.0, 80.0))
 }
-
-/// Decades in a unit of a natural logarithm.
-const DECADE: f32 = core::f32::consts::LOG10_E;
 
 /// Bins of a real spectrum below which noise may rise steeply towards 0 Hz.
 const STEEP: i32 = 2 * REACH as i32;
-
 /// The powers of frequency that are tried there, beside 0.
 const SLOPES: usize = 3;
-
-/// The residual of a fit 3 to 16 bins from its peak: the number of bins, and for each slope the sum of their powers over the slope's and the
-/// sum of the slope's logarithms.
-pub(super) struct Beside {
-    bins: f32,
-    sums: [f32; SLOPES + 1],
-    logs: f32,
-}
-
-impl Beside {
-    /// The residual of the bins around a peak.
-    pub fn from_bins(bins: &[Complex<f32>; WIDTH], iq: bool, n: usize, peak: i32) -> Self {
-        let mut beside = Self { bins: 0.0, sums: [0.0; SLOPES + 1], logs: 0.0 };
-        let steep = is_steep(iq, peak);
-        let last = n as i32 / 2;
-        for (i, bin) in (-(REACH as i32)..).zip(bins) {
-            let k = peak + i;
-            if i.abs() < 3 || !iq && !(1..last).contains(&k) {
-                continue;
-            }
-            let mut power = bin.norm_sqr();
-            beside.bins += 1.0;
-            let rise = if steep { k as f32 / peak as f32 } else { 1.0 };
-            for sum in &mut beside.sums {
-                *sum += power;
-                power *= rise;
-            }
-            if steep {
-                beside.logs += rise.log_e();
-            }
-        }
-        beside
-    }
-
-    /// The first shell for noise of this slope, and the logarithm of the odds of this slope.
-    fn shell(&self, slope: usize) -> (Shell, f32) {
-        let sum = self.sums.get(slope).copied().unwrap_or(0.0);
-        let mean = sum / self.bins.max(1.0);
-        let odds = EACH * (slope as f32 * self.logs - self.bins * mean.log_e());
-        (Shell { mean, bins: EACH * self.bins, reach: 2.0 * REACH as f32 }, odds)
-    }
-}
+/// The odds of each before any look.
+const SLOPE: f32 = 0.03;
 
 /// Whether noise may rise steeply towards 0 Hz at a peak.
 fn is_steep(iq: bool, peak: i32) -> bool {
     !iq && (1..STEEP).contains(&peak)
 }
 
+/// The residual of a fit 3 to 16 bins from its peak.
+pub(super) struct Residual {
+    /// The number of bins 3 to 8 away and 3 to 16 away.
+    bins: [f32; 2],
+    /// The power of the bins 3 to 8 away.
+    near: f32,
+    /// The power of all bins over the power of noise of each slope, relative to the peak's bin.
+    sums: [f32; SLOPES + 1],
+    /// The sum of the logarithms of the bins' frequencies over the peak's.
+    logs: f32,
+}
+
+impl Residual {
+    /// The residual of the bins around a peak.
+    pub fn from_bins(bins: &[Complex<f32>; WIDTH], iq: bool, n: usize, peak: i32) -> Self {
+        let mut residual = Self { bins: [0.0; 2], near: 0.0, sums: [0.0; SLOPES + 1], logs: 0.0 };
+        let (steep, last) = (is_steep(iq, peak), n as i32 / 2);
+        let each = if steep { 1.0 / peak as f32 } else { 0.0 };
+        for (i, bin) in (-(REACH as i32)..).zip(bins) {
+            let k = peak.wrapping_add(i);
+            if i.abs() < 3 || !iq && !(1..last).contains(&k) {
+                continue;
+            }
+            let mut power = bin.norm_sqr();
+            if i.abs() <= 8 {
+                residual.near += power;
+                residual.bins[0] += 1.0;
+            }
+            residual.bins[1] += 1.0;
+            if !steep {
+                residual.sums[0] += power;
+                continue;
+            }
+            let rise = k as f32 * each;
+            residual.logs += rise.log_e();
+            for sum in &mut residual.sums {
+                *sum += power;
+                power *= rise;
+            }
+        }
+        residual
+    }
+
+    /// The shells of bins 3 to 8 and 9 to 16 away.
+    fn shells(&self) -> [Shell; 2] {
+        let ([near, all], [sum, ..]) = (self.bins, self.sums);
+        let shell = |sum: f32, bins: f32, reach: f32| Shell {
+            mean: sum / bins.max(1.0),
+            bins: EACH * bins,
+            reach,
+            own: 0.0,
+        };
+        [shell(self.near, near, 16.0), shell(sum - self.near, all - near, 32.0)]
+    }
+
+    /// All bins as one shell for noise of this slope, and the logarithm of the likelihood of the slope.
+    fn sloping(&self, slope: usize) -> (Shell, f32) {
+        let (sum, [_, bins]) = (self.sums.get(slope).copied().unwrap_or(0.0), self.bins);
+        let mean = sum / bins.max(1.0);
+        let likely = EACH * (slope as f32 * self.logs - bins * mean.log_e());
+        (Shell { mean, bins: EACH * bins, reach: 32.0, own: 0.0 }, likely)
+    }
+}
+
 impl Detector {
-    /// Whether a line is far above all noise near it or below the threshold in any noise; `None` if that takes a closer look.
+    /// Whether the line is far above all noise near it, or below the threshold in any; `None` if it takes a closer look. Most lines end here.
     #[inline(always)]
-    pub(super) fn decided(&self, beside: &LocalNoise, floor: &Shell, observer: impl Observer) -> Option<bool> {
+    pub(super) fn decided(
+        &self,
+        beside: &LocalNoise,
+        floor: &Shell,
+        observer: impl Observer,
+    ) -> Option<bool> {
         let Self { n, iq, peak, power, ref spread, threshold } = *self;
-        let ring = beside.loud * n as f32;
+        let (steep, ring) = (is_steep(iq, peak), beside.loud * n as f32);
         let mut loudest = if ring > spread.middle { ring } else { spread.middle };
-        let steep = is_steep(iq, peak);
         if steep {
             let rise = (peak + REACH as i32) as f32 / peak as f32;
             loudest *= rise * rise * rise;
@@ -205,39 +251,56 @@ impl Detector {
         if observer.exceeds(Statistic::FarAbove, power / loudest, threshold.far_above()) {
             return Some(true);
         }
-        let _ = floor;
-        None
+        if steep {
+            return None;
+        }
+        // No mean of some of these powers is less than the least.
+        let mut quietest = spread.least.min(beside.mean() * n as f32);
+        if floor.bins > 0.0 {
+            quietest = quietest.min(floor.mean);
+        }
+        let limit = threshold.least_of(16.0);
+        (!observer.exceeds(Statistic::AnyNoise, power / quietest, limit)).then_some(false)
     }
 
     /// Whether the line is more than noise, by its chance.
     #[inline(never)]
     pub(super) fn is_improbable(
         &self,
-        residual: &Beside,
+        residual: &Residual,
         beside: &LocalNoise,
         floor: Shell,
         observer: impl Observer,
     ) -> bool {
         let Self { n, iq, peak, power, threshold, .. } = *self;
         let (asked, searched) = threshold.parts();
-        let (near, odds) = residual.shell(0);
-        let mean = beside.mean() * n as f32;
-        let ring = Shell { mean, bins: 0.5 * beside.noise.dof, reach: f32::INFINITY };
-        // The floor of a short record holds all of its bins.
+        let [near, next] = residual.shells();
+        // Each bin counts once: the floor holds the second shell, the floor of a short record all bins.
+        let floor = Shell { bins: (floor.bins - next.bins).max(0.0), ..floor };
+        let ring = Shell::ring(beside, n);
         let ring = if beside.has_sides() || floor.bins == 0.0 { ring } else { Shell::NONE };
-        let mut chance = exponential(ln_chance(power, searched, &[near, ring, floor]));
+        let outer = if ring.bins > 0.0 { ring } else { floor };
+        let falls = if outer.bins > 0.0 {
+            outer.differs(near.sum() + next.sum(), near.bins + next.bins)
+        } else {
+            0.0
+        };
+        let [alike, hump] = HUMP;
+        let next = Shell { own: alike + hump * falls, ..next };
+        let mut chance = chance(power, searched, &[near, next, ring, floor]);
         if is_steep(iq, peak) {
+            let (_, level) = residual.sloping(0);
             let mut all = 1.0;
             for slope in 1..=SLOPES {
-                let (near, other) = residual.shell(slope);
-                let odds = exponential((other - odds).min(30.0));
-                chance += odds * exponential(ln_chance(power, searched, &[near]));
+                let (shell, likely) = residual.sloping(slope);
+                let odds = SLOPE * exponential(likely - level);
+                chance += odds * self::chance(power, searched, &[shell]);
                 all += odds;
             }
             chance /= all;
         }
-        let rare = -DECADE * chance.max(f32::MIN_POSITIVE).log_e();
-        observer.exceeds(Statistic::Chance, rare, -DECADE * asked)
+        let rare = -chance.max(f32::MIN_POSITIVE).log_e();
+        observer.exceeds(Statistic::Chance, DECADE * rare, -DECADE * asked)
     }
 
     /// The factor on sigma of a line that is found in noise of this power per sample.

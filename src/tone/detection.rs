@@ -13,7 +13,7 @@
 //! Noise is seldom white, and which bins are as loud as the line's own is not known: [`close_detection`](super::close_detection) weighs
 //! how far they reach. Most lines are far above all noise near them or below the threshold in any noise, and need no weighing.
 
-use super::close_detection::{Beside, Shell, WIDTH, beside};
+use super::close_detection::{Residual, Shell, WIDTH, beside};
 use super::fit::{Fit, Model, take_around};
 use super::measure::Options;
 use super::noise::ring::LocalNoise;
@@ -122,6 +122,11 @@ impl Threshold {
         4.0 * self.log
     }
 
+    /// The ratio to exactly known noise below which no search of so many bins or more finds a tone.
+    pub(super) fn least_of(&self, bins: f32) -> f32 {
+        self.log - (self.bins / bins).max(1.0).log_e()
+    }
+
     /// The natural logarithm of the false-alarm probability, and the number of bins searched.
     pub(super) fn parts(&self) -> (f32, f32) {
         (self.bins.log_e() - self.log, self.bins)
@@ -202,14 +207,14 @@ pub(super) fn stands_out<R: Record, const N: usize>(
 
 /// The residual of a fit 3 to 16 bins from its peak.
 #[inline(never)]
-fn residual_beside<R: Record, const N: usize>(near: &Neighbourhood, fit: &Fit<f32>) -> Beside {
+fn residual_beside<R: Record, const N: usize>(near: &Neighbourhood, fit: &Fit<f32>) -> Residual {
     let (peak, unit) = (near.peak, near.unit());
     let mut bins = [Complex::new(0.0, 0.0); WIDTH];
     for (bin, &[re, im]) in bins.iter_mut().zip(near.within(REACH)) {
         *bin = Complex::new(re as f32 * unit, im as f32 * unit);
     }
     take_around::<R, N>(&Model::new(fit, peak, N as i32), peak, &mut bins);
-    Beside::from_bins(&bins, R::IQ, N, peak)
+    Residual::from_bins(&bins, R::IQ, N, peak)
 }
 
 /// A line, with the noise near it. Compiled once for all kinds and lengths of records.

@@ -32,7 +32,9 @@ macro_rules! statistics {
 statistics! {
     /// The line's power over the loudest noise near it, where the ratio is so large that no other test is needed.
     FarAbove "far-above";
-    /// The decades by which noise alone makes such a line less than always.
+    /// The line's power over the quietest noise near it.
+    AnyNoise "any-noise";
+    /// How improbable such a line is in noise alone, in decades.
     Chance "chance";
     /// The louder side's noise over the quieter one's.
     NoiseEdge "noise-edge";
