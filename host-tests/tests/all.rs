@@ -18,6 +18,7 @@ mod emulated;
 mod engine_error;
 mod estimators;
 mod f32;
+mod false_alarms;
 mod fft;
 mod field;
 mod front_door;
