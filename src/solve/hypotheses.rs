@@ -11,6 +11,7 @@
 use super::candidates::{Ambiguity, Candidate, Candidates, Decision};
 use super::chirp::{self, Shape, Target};
 use super::equations::Equations;
+use crate::list::first;
 use crate::math::scalar::Scalar as _;
 use crate::tone::lines::{DRIFT, MOST};
 use crate::tone::{FrequencyDrift, Tone, Usable, Verdict};
@@ -327,17 +328,17 @@ fn listed(
     let most = weight(best);
     let same = own.iter().filter(|h| h.is(best)).map(|h| libm::expf(weight(h) - most));
     let unit = (1.0 - wrong) / same.sum::<f32>().max(f32::MIN_POSITIVE);
-    let mut left: Vec<Hypothesis, KEPT> = own.iter().copied().collect();
+    let mut left: Vec<Hypothesis, KEPT> = first(own.iter().copied());
     let mut next = Some(*best);
     Candidates::new(core::iter::from_fn(|| {
-        let first = next.take().or_else(|| {
+        let likely = next.take().or_else(|| {
             let heavier = |a: &&Hypothesis, b: &&Hypothesis| weight(a).total_cmp(&weight(b));
             left.iter().max_by(heavier).copied()
         })?;
-        let shares = left.iter().filter(|h| h.is(&first));
+        let shares = left.iter().filter(|h| h.is(&likely));
         let odds = unit * shares.map(|h| libm::expf(weight(h) - most)).sum::<f32>();
-        left.retain(|h| !h.is(&first));
-        let Hypothesis { range, velocity, .. } = first;
+        left.retain(|h| !h.is(&likely));
+        let Hypothesis { range, velocity, .. } = likely;
         (odds > WRONG).then_some(Candidate { range, velocity, odds })
     }))
 }

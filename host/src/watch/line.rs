@@ -315,6 +315,14 @@ impl Row {
             Some(value) => format!("{value:.digits$}"),
             None => "-".into(),
         };
+        let others: String = self
+            .candidates
+            .iter()
+            .skip(1)
+            .map(|Likely { range_m, velocity_mps, odds }| {
+                format!("  or {range_m:.4} m, {velocity_mps:.4} m/s ({:.0} %)", 100.0 * odds)
+            })
+            .collect();
         let caution = match (&self.transit, self.caution) {
             (Some(Transit { validation, transit_s: Some(time), .. }), _) => {
                 format!("  {validation}, {:.1} us", 1e6 * time)
@@ -327,7 +335,7 @@ impl Row {
             false => self.reading.cells(),
         };
         format!(
-            "{:9}  {:7} {frequency:>16} {sigma:>13} {:7.1} {:>11} {:>13}  {:11} {:5} {:7}{caution}",
+            "{:9}  {:7} {frequency:>16} {sigma:>13} {:7.1} {:>11} {:>13}  {:11} {:5} {:7}{caution}{others}",
             self.sequence,
             self.segment,
             self.reading.snr_db,
