@@ -86,11 +86,8 @@ fn alarms<R: Record, const N: usize>(
     blocks: u64,
 ) {
     let seed = 56;
-    let config = Config {
-        band_hz,
-        false_alarm: asked,
-        ..Config::new(N as f64, Codes::signed::<16>())
-    };
+    let config =
+        Config { band_hz, false_alarm: asked, ..Config::new(N as f64, Codes::signed::<16>()) };
     let plan = config.plan::<R, N>().unwrap();
     let half = N as f64 / 2.0;
     let power = |k: usize| {
