@@ -12,6 +12,7 @@ use crate::solve::equations::{Chirp, Equations};
 use crate::solve::motion::{CALM, gain};
 use crate::solve::track::Tracking;
 use crate::solve::tracks::APART;
+use crate::spectrum::neighbourhood::has_ring;
 use crate::spectrum::peak::Band;
 use crate::tone::arithmetic::Arithmetic;
 use crate::tone::detection::{FALSE_ALARM, Threshold};
@@ -264,6 +265,7 @@ impl Config {
         let band = self.band(n, iq)?;
         let width = self.carrier.width(n, self.rate_hz).ok_or(ConfigError::Carrier)?;
         let threshold = Threshold::new(band.width(), self.false_alarm);
+        let threshold = if has_ring(n, iq) { threshold.with_another() } else { threshold };
         Ok(Terms {
             n: n as u32,
             iq,

@@ -9,6 +9,7 @@ use crate::solve::chirp::Scale;
 use crate::solve::equations::Equations;
 use crate::solve::track::Tracking;
 use crate::spectrum::fft::twiddle::supported;
+use crate::spectrum::neighbourhood::has_ring;
 use crate::spectrum::peak::Band;
 use crate::tone::arithmetic::Arithmetic;
 use crate::tone::detection::{FALSE_ALARM, Threshold};
@@ -120,7 +121,7 @@ impl<R: Record, const N: usize> Plan<R, N> {
             method: Method::LeastSquares.from_kind::<R>(),
             reach: Reach::Eight,
             arithmetic: Arithmetic::from_core(),
-            threshold,
+            threshold: if has_ring(N, R::IQ) { threshold.with_another() } else { threshold },
             effort: Effort::One,
             width: Width::NONE,
         };

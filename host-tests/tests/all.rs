@@ -19,7 +19,6 @@ mod emulated;
 mod engine_error;
 mod estimators;
 mod f32;
-mod false_alarms;
 mod fft;
 mod field;
 mod front_door;

@@ -187,10 +187,10 @@ pub fn find<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     band: Band,
 ) -> Option<Peak> {
-    if band.has_offset() {
-        return beside_offset(spectrum, band, |band| spectrum.search(band));
-    }
     let found = spectrum.search(band);
+    if band.has_offset() {
+        return beside_offset(spectrum, band, found);
+    }
     // A search that knows the skirt needs only the peak and its neighbours.
     if let Some(skirt) = found.skirt {
         let mut place = MaybeUninit::<[Point; 3]>::uninit();
@@ -201,41 +201,21 @@ pub fn find<R: Record, const N: usize>(
 }
 
 /// The peak of a band with an offset in it; the offset is neither the peak nor its neighbour nor a part of the floor.
-///
-/// The bins of I/Q are searched on both sides of the offset, which may be stronger than any line. A core with Helium has a faster search of
-/// all bins, and searches anew only if the offset was the strongest.
 #[inline(never)] // a band without one has a shorter way
 fn beside_offset<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     band: Band,
-    search: impl Fn(Band) -> Scan,
+    mut found: Scan,
 ) -> Option<Peak> {
     let Band { low, high, offset } = band;
-    let sides = |search: &dyn Fn(Band) -> Scan| {
-        let scans = [(low, offset - 1), (offset + 1, high)].map(|(low, high)| match low <= high {
-            true => search(Band { low, high, offset }),
-            false => Scan::from(low as usize),
-        });
-        let [below, above] = scans;
-        let found = if below.power > 0 { below.then(above) } else { above };
-        Scan { total: found.total.wrapping_add(spectrum.power(offset)), ..found }
-    };
-    let found = if R::IQ && !cfg!(mve) {
-        sides(&search)
-    } else {
-        let found = search(band);
-        match found.bin == offset {
-            // A search of a real record sums points for bins.
-            true if !R::IQ => sides(&|side: Band| {
-                (side.low..=side.high).fold(Scan::from(side.low as usize), |mut scan, k| {
-                    scan.see(k as usize, spectrum.power(k));
-                    scan
-                })
-            }),
-            true => sides(&search),
-            false => found,
+    if found.bin == offset {
+        // Seldom: the offset was the strongest.
+        found = Scan::from(low as usize);
+        for k in (low..=high).filter(|&k| k != offset) {
+            found.see(k as usize, spectrum.power(k));
         }
-    };
+        found.total = found.total.wrapping_add(spectrum.power(offset));
+    }
     let mut peak = with_skirt(spectrum, band, &found)?;
     let [before, _, after] = &mut peak.power;
     match offset.wrapping_sub(peak.bin) {
@@ -289,10 +269,10 @@ pub fn find_portably<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     band: Band,
 ) -> Option<Peak> {
-    if band.has_offset() {
-        return beside_offset(spectrum, band, |band| spectrum.search_portably(band));
-    }
     let found = spectrum.search_portably(band);
+    if band.has_offset() {
+        return beside_offset(spectrum, band, found);
+    }
     let around: [Point; AROUND] = core::array::from_fn(|index| {
         let x = spectrum.bin(found.bin.wrapping_sub(SKIRT).wrapping_add(index as i32));
         [x.re, x.im]

@@ -1,4 +1,6 @@
-//! Decides whether a peak is a tone, or the largest of many bins of noise.
+//! Decides whether a peak is a tone, or the largest of many bins of noise: the threshold, and the two comparisons that decide most lines.
+//! A line must exceed the floor of its band. If it is far above the loudest noise next to it, no other test is needed; otherwise
+//! `close_detection` has the tests that it must pass.
 //!
 //! The power of a bin of noise is exponentially distributed. So the largest of M bins exceeds T times the mean of `m` other bins with the
 //! probability `pfa`:
@@ -8,23 +10,20 @@
 //! ```
 //!
 //! This is the threshold of a detector with a constant false-alarm rate by cell averaging (Finn and Johnson 1968). A noise estimate of F
-//! degrees of freedom counts as `m = F / 2` bins.
-//!
-//! Noise is seldom white, and which bins are as loud as the line's own is not known: [`close_detection`](super::close_detection) weighs
-//! how far they reach. Most lines are far above all noise near them or below the threshold in any noise, and need no weighing.
+//! degrees of freedom counts as `m = F / 2` bins. Where several tests must pass together, each may be relaxed ([`Relaxation`]).
 
-use super::close_detection::{Residual, Shell, WIDTH, beside};
-use super::fit::{Fit, Model, take_around};
+use super::close_detection::{beside, louder_half};
+use super::fit::Fit;
 use super::measure::Options;
-use super::noise::ring::LocalNoise;
-use super::observer::Observer;
+use super::noise::ring::{self, LocalNoise};
+use super::observer::{Observer, Statistic, Test};
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar as _;
-use crate::spectrum::bins::REACH;
-use crate::spectrum::neighbourhood::Neighbourhood;
+use crate::spectrum::Spectrum;
+use crate::spectrum::engine::Engine;
+use crate::spectrum::neighbourhood::{Neighbourhood, has_ring};
 use crate::spectrum::peak::{Peak, SKIRT};
 use core::f32::consts::LN_2;
-use num_complex::Complex;
 
 /// The probability per block that noise alone passes for a tone.
 pub const FALSE_ALARM: f64 = 1e-6;
@@ -47,6 +46,19 @@ impl Relaxation {
     pub const SOME: Self = Self(8);
     /// A factor of 1024.
     pub const MOST: Self = Self(10);
+
+    /// The factor for the residual of a fit in a record of `samples`, whose floor is a test, too: as if a single bin had been searched, and
+    /// a further 2 in a record that is not short, where a wide ring is another test.
+    pub const fn for_residual(samples: usize, short: bool) -> Self {
+        let bits = samples.trailing_zeros();
+        Self(if short { bits.saturating_sub(1) } else { bits })
+    }
+
+    /// A further factor of 8 in a record of more than 2048 samples: over the ring of such a record the noise behind a filter is nearly as
+    /// loud everywhere, and more bins need more evidence.
+    pub const fn in_record(self, samples: usize) -> Self {
+        Self(if samples > 2048 { self.0 + 3 } else { self.0 })
+    }
 }
 
 /// The detection threshold of a band.
@@ -56,17 +68,16 @@ impl Relaxation {
 /// `L = ln(M / pfa)`; L alone would raise 1.5 to 2.5 times as many false alarms at N = 256.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Threshold {
-    /// L.
     log: f32,
-    /// M.
-    bins: f32,
+    /// The logarithm L for the floor alone.
+    floor: f32,
     /// The addition to L for a power between the bins, see [`Threshold::of_line`].
     between: f32,
 }
 
 impl Threshold {
     /// A threshold that everything passes.
-    pub const ZERO: Self = Self { log: 0.0, bins: 1.0, between: 0.0 };
+    pub const ZERO: Self = Self { log: 0.0, floor: 0.0, between: 0.0 };
 
     /// The threshold for a search of `bins` bins with this false-alarm probability, held to 1e-30..=0.5.
     pub const fn new(bins: u32, false_alarm: f64) -> Self {
@@ -76,7 +87,8 @@ impl Threshold {
         let needed = log(bins as f64 / pfa);
         let crossings = core::f64::consts::FRAC_PI_3 * needed;
         let between = if crossings > 1.0 { 0.5 * log(crossings) as f32 } else { 0.0 };
-        Self { log: needed as f32, bins: bins as f32, between }
+        let log = needed as f32;
+        Self { log, floor: log, between }
     }
 
     /// The power of a line that a fit found at a peak, in units of the peak's, and the threshold for it. The record has
@@ -97,9 +109,18 @@ impl Threshold {
         (line.max(bin).min(MOST * bin), self.between())
     }
 
+    /// The threshold for a peak that must also exceed the noise beside it. The ring test rejects 1/7 of the false alarms that the floor
+    /// test passes, so the floor test may pass 1/6 more.
+    pub const fn with_another(self) -> Self {
+        /// `-ln(1 - 1/7)`.
+        const REFUSED: f32 = 0.15;
+        Self { floor: self.log - REFUSED, ..self }
+    }
+
     /// The threshold for a power that a fit finds between the bins, see [`Threshold::of_line`].
     pub(crate) fn between(self) -> Self {
-        Self { log: self.log + self.between, between: 0.0, ..self }
+        let Self { log, floor, between } = self;
+        Self { log: log + between, floor: floor + between, between: 0.0 }
     }
 
     /// The ratio by which a peak must exceed the mean of `floor_bins` other bins; infinite for 0 bins.
@@ -108,7 +129,7 @@ impl Threshold {
             return f32::INFINITY;
         }
         let m = floor_bins as f32;
-        m * raised(self.log / m)
+        m * raised(self.floor / m)
     }
 
     /// True if a peak with this ratio to the noise near it is a tone by far, so that no
@@ -120,16 +141,6 @@ impl Threshold {
     /// The limit of [`Threshold::is_far_above`].
     pub(crate) fn far_above(&self) -> f32 {
         4.0 * self.log
-    }
-
-    /// The ratio to exactly known noise below which no search of so many bins or more finds a tone.
-    pub(super) fn least_of(&self, bins: f32) -> f32 {
-        self.log - (self.bins / bins).max(1.0).log_e()
-    }
-
-    /// The natural logarithm of the false-alarm probability, and the number of bins searched.
-    pub(super) fn parts(&self) -> (f32, f32) {
-        (self.bins.log_e() - self.log, self.bins)
     }
 
     /// The ratio to exactly known noise above which a peak is a tone.
@@ -155,6 +166,16 @@ impl Threshold {
         peak.floor_bins >= FLOOR
     }
 
+    /// True if the power of a peak's bin alone is so far above the floor, 128 times its mean, that the line's power is not needed. In
+    /// integers, because most tones are so strong.
+    #[inline(always)]
+    pub(crate) fn is_far_above_floor(&self, peak: &Peak) -> bool {
+        /// For this L and the fewest bins of a floor the required ratio is 46.
+        const USUAL: f32 = 32.0;
+        let power = (peak.power[1] >> 16).saturating_mul(peak.floor_bins.into());
+        Self::has_floor(peak) && self.floor < USUAL && power > peak.floor >> 9
+    }
+
     /// True if the peak is a tone. A floor of zero, as of a signal without any noise, detects.
     ///
     /// The floor includes the leakage of a strong tone. It belongs in this decision, but not in sigma.
@@ -172,13 +193,17 @@ impl Threshold {
         }
         let (bins, floor) = (peak.floor_bins as f32, peak.floor as f32);
         let power = power * bins;
-        power > self.over(peak.floor_bins) * floor
+        // m (exp(L/m) - 1) is below L + L^2/m if L is not above m. So most tones need no
+        // exponential.
+        self.floor <= bins && power * bins > self.floor * (bins + self.floor) * floor
+            || power > self.over(peak.floor_bins) * floor
     }
 }
 
-/// Tests whether the line at a peak is more than noise. Returns the factor by which sigma must grow because noise may have raised the line,
-/// or `None` if the line is not detected.
+/// Tests whether the line at a peak exceeds the floor of its band, the noise of the louder side, and the fit's residual from 3 bins on.
+/// Returns the factor by which sigma must grow because noise may have raised the line, or `None` if the line is not detected.
 pub(super) fn stands_out<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
     near: &Neighbourhood,
     peak: &Peak,
     fit: &Fit<f32>,
@@ -186,56 +211,130 @@ pub(super) fn stands_out<R: Record, const N: usize>(
     options: &Options,
     observer: impl Observer,
 ) -> Option<f32> {
-    let unit = f32::two_to(2 * near.exponent);
-    let (line, threshold) = (fit.line.norm_sqr() / unit, options.threshold);
-    let (power, threshold) = threshold.of_line(line, peak, N, R::IQ);
-    let spread = Spread::from_fit(fit, peak.bin, N, R::IQ);
-    let detector =
-        Detector { n: N, iq: R::IQ, peak: peak.bin, threshold, power: power * unit, spread };
-    let floor = if Threshold::has_floor(peak) {
-        Shell::floor(peak.floor as f32 * unit / peak.floor_bins.max(1) as f32, peak.floor_bins)
-    } else {
-        Shell::NONE
-    };
-    if let Some(decided) = detector.decided(beside, &floor, observer) {
+    let (exponent, threshold) = (near.exponent, options.threshold);
+    let arithmetic = options.arithmetic.available();
+    let detector = Detector::from_peak(N, R::IQ, peak, fit, exponent, threshold, observer)?;
+    if let Some(decided) = detector.decided(beside, observer) {
         return decided.then_some(1.0);
     }
-    let residual = residual_beside::<R, N>(near, fit);
-    let detects = detector.is_improbable(&residual, beside, floor, observer);
-    detects.then(|| detector.selection(beside.noise.power))
+    let wide = ring::loud(spectrum, near, fit, beside, arithmetic).unwrap_or(*beside);
+    let floor = peak.floor as f32 * f32::two_to(2 * exponent) / peak.floor_bins.max(1) as f32;
+    let tested = detector.tested(&wide, Threshold::has_floor(peak).then_some(floor));
+    let exceeds = detector.exceeds(beside, &wide, tested, observer)
+        && (!const { N < HUMPED && has_ring(N, R::IQ) }
+            || !beside.has_sides()
+            || detector.exceeds_half(
+                louder_half::<R, N>(near, fit),
+                tested.then_some(floor),
+                observer,
+            ));
+    exceeds.then(|| detector.selection(beside.noise.power))
 }
 
-/// The residual of a fit 3 to 16 bins from its peak.
-#[inline(never)]
-fn residual_beside<R: Record, const N: usize>(near: &Neighbourhood, fit: &Fit<f32>) -> Residual {
-    let (peak, unit) = (near.peak, near.unit());
-    let mut bins = [Complex::new(0.0, 0.0); WIDTH];
-    for (bin, &[re, im]) in bins.iter_mut().zip(near.within(REACH)) {
-        *bin = Complex::new(re as f32 * unit, im as f32 * unit);
-    }
-    take_around::<R, N>(&Model::new(fit, peak, N as i32), peak, &mut bins);
-    Residual::from_bins(&bins, R::IQ, N, peak)
-}
-
-/// A line, with the noise near it. Compiled once for all kinds and lengths of records.
+/// A line that exceeds the floor of its band, with the noise near it. Compiled once for all kinds and lengths of records.
 pub(super) struct Detector {
-    /// The samples of a record.
+    /// The samples of a record, and whether the record is so short that a ring is as wide as the part of the spectrum that a filter leaves.
     pub n: usize,
-    pub iq: bool,
-    /// The line's bin.
-    pub peak: i32,
+    pub short: bool,
     pub threshold: Threshold,
     /// The line's power, and the residual power near the line.
     pub power: f32,
     pub spread: Spread,
 }
 
-/// The residual power near a tone.
+impl Detector {
+    /// The line at a peak; `None` if it does not exceed the floor of its band. A bin far above the floor needs no line's power.
+    #[inline(always)]
+    fn from_peak(
+        n: usize,
+        iq: bool,
+        peak: &Peak,
+        fit: &Fit<f32>,
+        exponent: i32,
+        threshold: Threshold,
+        observer: impl Observer,
+    ) -> Option<Self> {
+        let over_floor = |power: f32, threshold: &Threshold| {
+            if Threshold::has_floor(peak) {
+                observer.hear(|| {
+                    let ratio = power * peak.floor_bins as f32 / peak.floor as f32;
+                    Test::new(Statistic::Floor, ratio, threshold.over(peak.floor_bins))
+                });
+            }
+        };
+        let (power, threshold) = if threshold.is_far_above_floor(peak) {
+            let power = peak.power[1] as f32;
+            over_floor(power, &threshold);
+            (power, threshold)
+        } else {
+            let line = fit.line.norm_sqr() * f32::two_to(-2 * exponent);
+            let (power, threshold) = threshold.of_line(line, peak, n, iq);
+            over_floor(power, &threshold);
+            if !threshold.detects_line(power, peak) {
+                return None;
+            }
+            (power, threshold)
+        };
+        let unit = f32::two_to(2 * exponent);
+        let spread = Spread::from_fit(fit, peak.bin, n, iq);
+        Some(Self { n, short: n < HUMPED, threshold, power: power * unit, spread })
+    }
+
+    /// Whether the ring of this noise is enough to decide, and the decision: most lines are far above it, and end here.
+    #[inline(always)]
+    fn decided(&self, beside: &LocalNoise, observer: impl Observer) -> Option<bool> {
+        let Spread { least, middle, bins: [nearest, next, _], .. } = self.spread;
+        let ring = beside.loud * self.n as f32;
+        let (_, mut most) = ordered(least, ring);
+        if self.short {
+            observer.hear(|| Test::new(Statistic::Hump, middle / ring, HUMP));
+            if middle > HUMP * ring {
+                // The noise is louder here than in the ring, or other lines are near: the residual alone decides.
+                let detects = |statistic, rest: f32, dof| {
+                    self.detects(statistic, rest, dof, Relaxation::NOTHING, observer)
+                };
+                return Some(
+                    detects(Statistic::MiddleResidual, middle, MIDDLE * next)
+                        || detects(Statistic::LeastResidual, least, LEAST * nearest),
+                );
+            }
+            (_, most) = ordered(most, middle);
+        }
+        let (statistic, limit) = (Statistic::FarAbove, self.threshold.far_above());
+        observer.exceeds(statistic, self.power / most, limit).then_some(true)
+    }
+
+    pub fn detects(
+        &self,
+        statistic: Statistic,
+        noise: f32,
+        dof: f32,
+        less: Relaxation,
+        observer: impl Observer,
+    ) -> bool {
+        observer.exceeds(statistic, self.power / noise, self.threshold.beside(dof, less))
+    }
+}
+
+/// Shorter records have rings as wide as what a filter leaves of the spectrum.
+const HUMPED: usize = 512;
+/// The median of the three residuals over the ring's noise, above which the ring says nothing about the noise here. White noise hardly ever
+/// exceeds this ratio.
+const HUMP: f32 = 3.0;
+/// Degrees of freedom per bin of the median and of the minimum residual: for each bin of the median group, and of the nearest group.
+const MIDDLE: f32 = 1.75;
+const LEAST: f32 = 2.0;
+
+/// The residual power of a bin near a tone.
 pub(super) struct Spread {
-    /// The least of the mean residuals 3 to 4, 5 to 8 and 9 to 16 bins away.
+    /// The least of the residuals 3 to 4, 5 to 8 and 9 to 16 bins away, because another line may be in one of the groups.
     pub least: f32,
-    /// The median of the mean residuals 3 to 4, 5 to 8 and 9 to 16 bins away, because another line may be in one of the groups.
+    /// The median of the three groups.
     pub middle: f32,
+    /// Residual power within two bins of the peak, and in all bins of the fit.
+    pub sums: [f32; 2],
+    /// The number of bins in each group. A fit of eight bins has none in the last group, and at the spectrum's ends there are fewer.
+    pub bins: [f32; 3],
 }
 
 impl Spread {
@@ -245,20 +344,24 @@ impl Spread {
         let [two, four, eight] = fit.rest.within;
         let last = n as i32 / 2 - 1;
         let inside = iq || (17..last - 16).contains(&peak);
-        let shares = if inside {
-            [0.25, 0.125, 0.0625]
+        let (bins, shares) = if inside {
+            ([4.0, 8.0, 16.0], [0.25, 0.125, 0.0625])
         } else {
-            beside(peak - 1, last - peak).map(|bins| 1.0 / bins)
+            let bins = beside(peak - 1, last - peak);
+            (bins, bins.map(|bins| 1.0 / bins))
         };
         let [near, middle, far] = [four - two, eight - four, fit.residual - eight];
-        let [a, b, c] = [near * shares[0], middle * shares[1], far * shares[2]];
-        let (least, most) = ordered(a, b);
-        let (least, middle) = if c > 0.0 {
-            (ordered(least, c).0, ordered(ordered(most, c).0, least).1)
+        let [near, middle, far] = [near * shares[0], middle * shares[1], far * shares[2]];
+        let (low, high) = ordered(near, middle);
+        let (least, middle) = if far > 0.0 {
+            let (between, _) = ordered(high, far);
+            ordered(low, between)
         } else {
-            (least, most)
+            (low, high)
         };
-        Self { least, middle }
+        let [nearest, next, last] = bins;
+        let bins = [nearest, next, if far > 0.0 { last } else { 0.0 }];
+        Self { least, middle, sums: [two, fit.residual], bins }
     }
 }
 

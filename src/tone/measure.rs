@@ -188,7 +188,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     }
     // Detection: the factor by which the selection of a tone near the threshold widens sigma; none if the line is not detected.
     beside.loud = beside.loud.max(leakage.loud);
-    let mut selection = stands_out::<R, N>(around, peak, fit, &beside, options, observer);
+    let mut selection = stands_out(spectrum, around, peak, fit, &beside, options, observer);
     let image = R::IQ && mirrored(around, fit, &beside.noise, observer);
     if may_refine && class == LineClass::Unresolved {
         let refined = leakage.refined(&nearest(), noise, fit, sigma);

@@ -30,12 +30,26 @@ macro_rules! statistics {
 
 // One line for each statistic; its words for people are those of `picket explain`.
 statistics! {
+    /// The line's power over the mean of the band's other bins.
+    Floor "floor";
     /// The line's power over the loudest noise near it, where the ratio is so large that no other test is needed.
     FarAbove "far-above";
-    /// The line's power over the quietest noise near it.
-    AnyNoise "any-noise";
-    /// How improbable such a line is in noise alone, in decades.
-    Chance "chance";
+    /// The noise near the line over the noise of the ring, in a short record.
+    Hump "hump";
+    /// The line's power over the median of three residuals at 3 to 16 bins.
+    MiddleResidual "middle-residual";
+    /// The line's power over the least of three residuals at 3 to 16 bins.
+    LeastResidual "least-residual";
+    /// The line's power over the mean residual.
+    MeanResidual "mean-residual";
+    /// The line's power over the noise of a ring nearly twice as wide.
+    WideRing "wide-ring";
+    /// The line's power over the noise of the louder side of the ring.
+    Ring "ring";
+    /// The residual of the louder half of the bins 3 to 16 away over the floor.
+    LouderHalf "louder-half";
+    /// The line's power over the residual of the louder half.
+    OverLouderHalf "over-louder-half";
     /// The louder side's noise over the quieter one's.
     NoiseEdge "noise-edge";
     /// The power along the five directions in which a tone changes, in each unit of which noise leaves 1: the first look.

@@ -26,12 +26,18 @@ use super::own::{Own, Whole};
 use super::{whole, whole_fixed};
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
+use crate::spectrum::Spectrum;
 use crate::spectrum::bins::REACH;
+use crate::spectrum::engine::Engine;
 use crate::spectrum::fft::integer::Point;
-use crate::spectrum::neighbourhood::{GROUP, GROUPS, GUARD, LENT, Neighbourhood, groups, has_ring};
+use crate::spectrum::neighbourhood::{
+    GROUP, GROUPS, GUARD, LENT, Neighbourhood, groups, has_ring, room,
+};
 use crate::tone::arithmetic::Arithmetic;
 use crate::tone::fit::Fit;
 use crate::tone::observer::{Statistic, Test};
+use core::mem::MaybeUninit;
+use core::ops::Range;
 
 /// The least noise of a converter: its own rounding, one twelfth of a squared code for each part.
 pub(crate) const ROUNDING: f64 = 1.0 / 12.0;
@@ -89,7 +95,7 @@ const WANTED: usize = GROUPS;
 const MOST: usize = WANTED + LENT;
 
 /// Share of white noise's power and relative variance of the censored mean (all but the loudest third), by number of stretches.
-const KEPT: [(f32, f32); MOST + 1] = [
+const KEPT: [(f32, f32); WIDE + 1] = [
     (1.0, 1.0),
     (1.0, 0.2600),
     (1.0, 0.1310),
@@ -97,10 +103,20 @@ const KEPT: [(f32, f32); MOST + 1] = [
     (0.8149, 0.0789),
     (0.8391, 0.0604),
     (0.7499, 0.0577),
+    (0.7738, 0.0472),
 ];
 
 /// Bins from the tone to the last difference of the ring, if there is room on one side alone.
 pub(crate) const OUTERMOST: i32 = FIRST - 1 + (STEP * MOST) as i32;
+
+/// The bins of one side.
+type Window = [MaybeUninit<Point>; STEP * MOST + 1];
+
+/// Degrees of freedom of a side of three stretches: such a side says little by itself.
+const FEW: f32 = 24.0;
+
+/// Stretches on each side of the wide ring, which decides whether a weak peak is a tone.
+const WIDE: usize = 7;
 
 /// The noise beside the tone that `fit` found. Records of fewer than 256 samples (I/Q: 128) have no room for a ring. Their
 /// noise comes from all bins, see [`whole::power`].
@@ -166,6 +182,45 @@ pub fn from_rest(n: usize, iq: bool, peak: i32, rest: impl Fn(i32) -> f32) -> Lo
     from_sides([side(-1, left), side(1, right)], 1.0 / (6.0 * n.max(1) as f32), f32::MIN_POSITIVE)
 }
 
+/// The noise in a ring nearly twice as wide as the ring of `beside`. A peak that is hardly stronger than the noise must exceed this one,
+/// too.
+///
+/// Cost: up to 50 bins read, 24 differences.
+#[inline(never)]
+pub fn loud<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    at: &Neighbourhood,
+    fit: &Fit<f32>,
+    beside: &LocalNoise,
+    arithmetic: Arithmetic,
+) -> Option<LocalNoise> {
+    if !has_ring(N, R::IQ) {
+        return None;
+    }
+    let own = Own::new(R::IQ, at.peak, N, fit, at.exponent);
+    let [left, right] = room(N, R::IQ, at.peak);
+    let [near_left, near_right] = beside.sides;
+    let side = |outward: i32, near: Side, room: usize| {
+        let places = near.count..room.min(WIDE).max(near.count);
+        let all = near.and(own.read(spectrum, outward, places, arithmetic));
+        let (share, variance) = all.kept();
+        if all.count == 0 { (0.0, 0.0) } else { (all.quiet() / share, 2.0 / variance) }
+    };
+    let (left, right) = (side(-1, near_left, left), side(1, near_right, right));
+    let (quieter, louder) = if left.0 < right.0 { (left, right) } else { (right, left) };
+    let power = (louder.0 * unit(at)).max(least(at));
+    let spread = (2.0 / louder.1.max(1.0) + 2.0 / quieter.1.max(1.0)).root();
+    // A side that is quieter by more than chance has another noise, and makes the louder side no more accurate.
+    let apart = louder.1 > FEW && louder.0 > (1.0 + 3.0 * spread) * quieter.0;
+    let dof = if apart { louder.1 } else { louder.1 + quieter.1 };
+    (dof > 0.0).then_some(LocalNoise {
+        noise: Noise { power, dof },
+        loud: power,
+        range: [power; 2],
+        sides: beside.sides,
+    })
+}
+
 /// Degrees of freedom of the noise beside a tone away from the ends of the spectrum.
 pub(crate) const fn dof(n: usize, iq: bool) -> f32 {
     if has_ring(n, iq) { const { 4.0 / KEPT[WANTED].1 } } else { whole::dof(n, iq) as f32 }
@@ -222,16 +277,6 @@ impl LocalNoise {
     /// Whether the noise comes from a ring.
     pub(crate) fn has_sides(&self) -> bool {
         self.sides.iter().any(|side| side.count > 0)
-    }
-
-    /// The mean power of both sides.
-    pub(crate) fn mean(&self) -> f32 {
-        match self.sides {
-            [Side { count: 1.., .. }, Side { count: 1.., .. }] => {
-                0.5 * (self.range[0] + self.range[1])
-            }
-            _ => self.noise.power,
-        }
     }
 
     /// Whether the noise has an edge between both sides.
@@ -328,6 +373,15 @@ impl Side {
         }
     }
 
+    fn and(self, other: Self) -> Self {
+        Self {
+            sum: self.sum + other.sum,
+            loudest: self.loudest.max(other.loudest),
+            second: self.second.max(other.second).max(self.loudest.min(other.loudest)),
+            count: self.count + other.count,
+        }
+    }
+
     /// The mean of the quieter stretches as a share of white noise, and its relative variance.
     fn kept(&self) -> (f32, f32) {
         KEPT.get(self.count).copied().unwrap_or((1.0, 1.0))
@@ -346,6 +400,37 @@ impl Side {
 }
 
 impl Own {
+    /// Reads stretches on one side. `outward` is -1 or 1; stretch 0 is the one nearest to the
+    /// tone.
+    fn read<R: Record, const N: usize>(
+        &self,
+        spectrum: &Spectrum<R, N, impl Engine>,
+        outward: i32,
+        stretches: Range<usize>,
+        arithmetic: Arithmetic,
+    ) -> Side {
+        let mut window: Window = [MaybeUninit::uninit(); _];
+        let (bins, first) = self.window(spectrum, outward, stretches, &mut window);
+        self.side(bins, first, arithmetic)
+    }
+
+    /// The bins of stretches on one side, and the place of the first bin.
+    #[inline(always)]
+    fn window<'w, R: Record, const N: usize>(
+        &self,
+        spectrum: &Spectrum<R, N, impl Engine>,
+        outward: i32,
+        stretches: Range<usize>,
+        window: &'w mut Window,
+    ) -> (&'w [Point], i32) {
+        let count = stretches.len().min(MOST);
+        let near = FIRST - 1 + (STEP * stretches.start) as i32;
+        let first =
+            if outward > 0 { self.peak + near } else { self.peak - near - (STEP * count) as i32 };
+        let window = window.get_mut(..STEP * count + 1).unwrap_or_default();
+        (spectrum.fill_beside_offset(first, window), first)
+    }
+
     /// The stretches of the bins from `first` on.
     #[inline(never)]
     fn side(&self, bins: &[Point], first: i32, arithmetic: Arithmetic) -> Side {

@@ -76,7 +76,7 @@ fn plan<R: Record, const N: usize>(terms: &Terms) -> Option<Plan<R, N>> {
         method: Method::default().from_kind::<R>(),
         reach: Reach::default(),
         arithmetic: Arithmetic::default(),
-        threshold: Threshold::new(band.width(), FALSE_ALARM),
+        threshold: Threshold::new(band.width(), FALSE_ALARM).with_another(),
         effort: picket_dsp::Effort::default(),
         width: Width::NONE,
     };

@@ -419,7 +419,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         let has_floor = Threshold::has_floor(peak);
         if has_floor {
             observer.hear(|| Test {
-                statistic: Statistic::AnyNoise,
+                statistic: Statistic::Floor,
                 value: line * peak.floor_bins as f32 / peak.floor as f32,
                 limit: threshold.over(peak.floor_bins),
             });
@@ -428,7 +428,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         let power = (f64::from(line) * unit / self.n as f64) as f32;
         let beside = |ring: LocalNoise| {
             let limit = threshold.beside(ring.noise.dof, less);
-            observer.exceeds(Statistic::AnyNoise, power / ring.loud, limit)
+            observer.exceeds(Statistic::Ring, power / ring.loud, limit)
         };
         threshold.detects_line(line, peak) && seen.ring.is_none_or(beside)
     }

@@ -52,30 +52,46 @@ const _: () = {
 /// Sense, what is compared, its unit, and what follows from a value above the limit and from another.
 const fn of(statistic: Statistic) -> (Sense, &'static str, &'static str, [&'static str; 2]) {
     use Sense::{Alarm, Must, Path};
+    const TOLD: [&str; 2] = ["told from this noise", "it may be noise: weak"];
+    const EITHER: [&str; 2] = ["told from this noise", "not by this test"];
     const LOOK: [&str; 2] = ["looked at more closely", "no more than noise leaves"];
     const REST: [&str; 2] = ["more than noise leaves: no steady tone", "as noise leaves"];
     const PART: [&str; 2] = ["-"; 2];
     const ONE: [&str; 2] =
         ["changes of one tone do not explain it", "changes of one tone explain it"];
     match statistic {
+        Statistic::Floor => (Must, "line over the mean of the band's other bins", "dB", TOLD),
         Statistic::FarAbove => (
             Path,
             "line over the loudest noise near it",
             "dB",
             ["detected by far: no other test is needed", "not by far: more tests of detection"],
         ),
-        Statistic::AnyNoise => (
-            Must,
-            "line over the quietest noise near it",
-            "dB",
-            ["above the least threshold: its chance decides", "it may be noise: weak"],
-        ),
-        Statistic::Chance => (
-            Must,
-            "decades by which noise seldom makes it",
+        Statistic::Hump => (
+            Path,
+            "noise near the line over the ring's",
             "",
-            ["seldom enough: told from noise", "it may be noise: weak"],
+            [
+                "the ring does not tell this noise: the residual decides",
+                "the ring tells this noise",
+            ],
         ),
+        Statistic::MiddleResidual => {
+            (Must, "line over the middle one of three residuals", "dB", EITHER)
+        }
+        Statistic::LeastResidual => (Must, "line over the least of three residuals", "dB", TOLD),
+        Statistic::MeanResidual => (Must, "line over the mean residual", "dB", TOLD),
+        Statistic::WideRing => (Must, "line over the noise of a wide ring", "dB", TOLD),
+        Statistic::Ring => (Must, "line over the louder side's noise", "dB", TOLD),
+        Statistic::LouderHalf => (
+            Path,
+            "residual of the louder half of the bins over the floor",
+            "",
+            ["louder on one side: the line must exceed it", "as loud as the floor"],
+        ),
+        Statistic::OverLouderHalf => {
+            (Must, "line over the louder half of the residual", "dB", TOLD)
+        }
         Statistic::NoiseEdge => (
             Path,
             "louder side's noise over the quieter side's",
