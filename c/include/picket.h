@@ -2,7 +2,7 @@
  * Picket for C99 and C++: the frequency of a tone in ADC samples, how far it may be off (sigma), and
  * whether it may be used (verdict); from it a velocity, or a range and a velocity.
  *
- *     static picket_real1024 meter;               (the caller's memory: 4.6 KB)
+ *     static picket_real1024 meter;               (the caller's memory: 5.4 KB)
  *     picket_tone tone;
  *     picket_real1024_init_tone(&meter, 48000.0, 0, 4095);
  *     if (picket_real1024_block(&meter, samples, 1024, &tone) == PICKET_OK && tone.verdict == PICKET_GOOD)

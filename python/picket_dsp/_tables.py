@@ -143,7 +143,7 @@ def telemetry(rows):
     out["sequence"], out["lost"], out["faults"], out["clock"] = rows[:, :4].T
     out["gap"], out["segment"], out["clipped"] = rows[:, 4] != 0, _SEGMENT[rows[:, 5].astype(np.intp)], rows[:, 6]
     _put_tone(out, rows[:, 7:13])
-    _put_target(out, rows[:, 15:23])
+    _put_target(out, rows[:, 15:33])
     return out
 
 

@@ -4,7 +4,7 @@ use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
 use picket_dsp::fixed::types::I32F32;
 use picket_dsp::pipeline::Outcome;
-use picket_dsp::solve::candidates::Candidate;
+use picket_dsp::solve::candidates::{CANDIDATES, Candidate};
 use picket_dsp::solve::chirp::Target;
 use picket_dsp::solve::track::Track;
 use picket_dsp::tone::phasor::ToneWithPhase;
@@ -41,10 +41,11 @@ pub fn phase(phasor: Option<&ToneWithPhase>) -> [f64; 2] {
 }
 
 /// Verdict, ambiguity, range, velocity, their sigmas, then range, velocity and odds of each candidate; NaN for what is not there.
-pub type TargetRow = [f64; 18];
+pub type TargetRow = [f64; TARGET];
+pub const TARGET: usize = 6 + 3 * CANDIDATES;
 
 pub fn target(target: &Target) -> TargetRow {
-    let mut row = [f64::NAN; 18];
+    let mut row = [f64::NAN; TARGET];
     let head = [
         f64::from(target.verdict as u8),
         target.ambiguity.number().into(),
@@ -63,9 +64,9 @@ pub fn target(target: &Target) -> TargetRow {
 
 pub fn outcome(outcome: &Outcome) -> TargetRow {
     match outcome {
-        Outcome::None => [f64::NAN; 18],
+        Outcome::None => [f64::NAN; TARGET],
         Outcome::Velocity(seen) => {
-            let mut row = [f64::NAN; 18];
+            let mut row = [f64::NAN; TARGET];
             (row[0], row[1]) = (f64::from(seen.verdict as u8), 0.0);
             (row[3], row[5]) = (seen.velocity.to_num(), f64::from(seen.sigma));
             row
@@ -76,7 +77,8 @@ pub fn outcome(outcome: &Outcome) -> TargetRow {
 
 /// The first sample's number, whether samples are missing before it, the segment, samples at a rail, the tone, phase and its sigma,
 /// the outcome.
-pub type BlockRow = [f64; 30];
+pub type BlockRow = [f64; BLOCK];
+pub const BLOCK: usize = 12 + TARGET;
 
 pub fn block(measurement: &Measurement, phasor: Option<&ToneWithPhase>) -> BlockRow {
     let Measurement { stamp, clipped, tone: seen, result } = measurement;
@@ -108,6 +110,7 @@ pub fn track(clock: u64, track: &Track, rate_hz: f64) -> TrackRow {
 /// Columns side by side; they must be as many as the row has.
 pub fn joined<const PARTS: usize, const COLUMNS: usize>(parts: [&[f64]; PARTS]) -> [f64; COLUMNS] {
     let mut row = [f64::NAN; COLUMNS];
+    assert_eq!(parts.iter().map(|part| part.len()).sum::<usize>(), COLUMNS, "columns of a row");
     row.iter_mut().zip(parts.into_iter().flatten()).for_each(|(place, &value)| *place = value);
     row
 }
