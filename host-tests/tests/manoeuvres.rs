@@ -222,8 +222,7 @@ fn a_track_in_coloured_noise_is_no_surer_than_its_blocks() {
     println!("seed {SEED:#x}");
     let mut setup = Setup::new(N * BLOCKS, -50.0);
     setup.amplitude = Some(1.0);
-    let impairments = Impairment::parse("noise-flicker:1").unwrap();
-    let [noise] = impairments.as_slice() else { panic!("one kind") };
+    let [noise] = &Impairment::parse("noise-flicker:1").unwrap()[..] else { panic!("one kind") };
     let [mut alone, mut tracked] = [0; 2];
     for run in 0..4 {
         let record = noise.record::<Real>(&setup, &mut generator(SEED, run));
