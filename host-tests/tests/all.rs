@@ -30,7 +30,6 @@ mod harmonic;
 mod least_squares;
 mod lines;
 mod locked;
-mod manoeuvres;
 mod monte_carlo;
 mod nucleo;
 mod offset;

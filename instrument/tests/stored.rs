@@ -125,7 +125,7 @@ prop_compose! {
         kind in 0..3u8,
         shape in select(vec![Shape::Trapezoid, Shape::Triangle, Shape::Sawtooth]),
         mixing in select(vec![Mixing::TxConjRx, Mixing::RxConjTx]),
-        following in (number(), 0..=4u8, any::<u8>()),
+        following in (number(), number(), number(), 0..=4u8, any::<u8>()),
         carrier in [number(), number()],
         codes in (-32768..=-128i16, 127..=32767i16),
     ) -> Config {
@@ -143,7 +143,7 @@ prop_compose! {
                 ..Chirp::default()
             }),
         };
-        let (rate, most, refresh) = following;
+        let (agility, acceleration, rate, most, refresh) = following;
         Config {
             band_hz,
             method,
@@ -153,6 +153,8 @@ prop_compose! {
             false_alarm,
             scene,
             following: Following {
+                agility: agility as f32,
+                acceleration_bins: acceleration as f32,
                 rate_bins: rate as f32,
                 most,
                 refresh,

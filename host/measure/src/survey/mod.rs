@@ -302,7 +302,8 @@ impl Survey {
             words += &self.band_words(band_hz, n);
         }
         match of {
-            Of::Track => words + " --track",
+            Of::Track(acceleration) if acceleration > 0.5 => words + " --track --acceleration 1",
+            Of::Track(_) => words + " --track",
             Of::Blocks | Of::Bursts => words,
         }
     }
