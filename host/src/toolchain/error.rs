@@ -38,7 +38,7 @@ pub enum ToolError {
 }
 
 impl ToolError {
-    /// Both, as one line: what is missing for one cause is told together. Of other errors it is the first.
+    /// Both, as one line with every cause once. Of other errors the first.
     pub(super) fn and(self, other: ToolError) -> ToolError {
         match (self, other) {
             (

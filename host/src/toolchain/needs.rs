@@ -1,4 +1,4 @@
-//! What a command needs beside this program: all of it is had, or told to be missing, before the first step that takes long.
+//! What a command needs beside this program: it gets all of it, or says what is missing, before the first step that takes long.
 
 use super::error::ToolError;
 use super::programs::{browser, program};

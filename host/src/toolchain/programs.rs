@@ -104,7 +104,7 @@ pub fn program(name: &str) -> Result<PathBuf, ToolError> {
 /// The path of a browser that scripts can drive.
 ///
 /// # Errors
-/// As [`program`].
+/// The errors of [`program`].
 pub fn browser() -> Result<PathBuf, ToolError> {
     const OTHERS: [&str; 3] = ["chromium-browser", "google-chrome", "google-chrome-stable"];
     let other = on_path("chromium").or_else(|| OTHERS.iter().find_map(|name| on_path(name)));
@@ -114,7 +114,7 @@ pub fn browser() -> Result<PathBuf, ToolError> {
 /// The path of `qemu-system-arm`.
 ///
 /// # Errors
-/// As [`program`].
+/// The errors of [`program`].
 pub fn qemu() -> Result<PathBuf, ToolError> {
     program("qemu-system-arm")
 }
@@ -122,7 +122,7 @@ pub fn qemu() -> Result<PathBuf, ToolError> {
 /// The path of `qemu-system-riscv32`.
 ///
 /// # Errors
-/// As [`program`].
+/// The errors of [`program`].
 pub fn qemu_riscv32() -> Result<PathBuf, ToolError> {
     program("qemu-system-riscv32")
 }
