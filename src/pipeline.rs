@@ -9,12 +9,9 @@ pub use frequency_only::{FrequencyOnly, Unjudged};
 use crate::acquire::burst::Cut;
 use crate::acquire::sample::{Record, Stamp};
 use crate::burst::{self, Burst};
-use crate::list::first;
 use crate::plan::{Plan, Solver, Terms};
 use crate::solve::chirp::{self, Shape, Target};
 use crate::solve::doppler::{self, Velocity};
-use crate::solve::equations::Equations;
-use crate::solve::hypotheses::{Last, Line, solve};
 use crate::solve::segments::{Segments, TRAPEZOID, TRIANGLE};
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::{Engine, I32};
@@ -74,14 +71,14 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    /// Whether a usable result has finite sigmas, like [`Tone::is_consistent`]; a velocity that is not known has none.
+    /// Whether a usable result has finite sigmas, like [`Tone::is_consistent`]; a range that is coupled to its velocity has none.
     pub const fn is_consistent(&self) -> bool {
         match self {
             Outcome::None => true,
             Outcome::Velocity(v) => v.verdict.admits(v.sigma),
             Outcome::Target(t) => {
-                let known = t.velocity.is_some();
-                t.verdict.admits(t.sigma_range) && (!known || t.verdict.admits(t.sigma_velocity))
+                let coupled = matches!(t.ambiguity, chirp::Ambiguity::Coupled);
+                t.verdict.admits(t.sigma_range) && (coupled || t.verdict.admits(t.sigma_velocity))
             }
         }
     }
@@ -120,18 +117,14 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
     /// Follows another plan from the next block on.
     pub fn set_plan(&mut self, plan: Plan<R, N>) {
         self.plan.take(plan);
-        self.ramps.forget();
+        self.ramps.segments.forget();
     }
 
     /// Measures one block. Cost: one transform, one search, one fit and one estimate of the noise; where the line is no steady tone, up to
     /// two more fits, see [`Effort`](crate::tone::effort::Effort).
     pub fn block(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) -> Measurement {
         let (clipped, tone) = self.tone(stamp, samples);
-        let result = Outcome::None;
-        let mut measurement = Measurement { stamp: *stamp, clipped, tone, result };
-        let lines = if self.plan.pairs() { self.beats(&measurement) } else { one(tone) };
-        measurement.result = self.ramps.solve(&self.plan.solver, stamp, &lines, R::IQ);
-        measurement
+        Measurement { stamp: *stamp, clipped, tone, result: self.solve(stamp, tone) }
     }
 
     /// Measures the tone of one block and counts the samples that touch a rail. The method runs no solver, so a program whose scene is a
@@ -266,35 +259,9 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
 
     /// The velocity or target computed from a tone.
     pub(crate) fn solve(&mut self, stamp: &Stamp, tone: Tone) -> Outcome {
-        self.ramps.solve(&self.plan.solver, stamp, &one(tone), R::IQ)
-    }
-
-    /// The lines of the last block that a target's beats may be, the strongest first.
-    #[inline(never)]
-    fn beats(&self, measurement: &Measurement) -> Vec<Line, MOST> {
-        let tone = measurement.tone;
-        if tone.verdict > Verdict::Weak {
-            return one(tone);
-        }
-        let mut lines = self.lines(measurement, MOST);
-        let most = lines.first().map_or(0.0, |line| line.tone.amplitude);
-        lines.retain(|line| line.tone.amplitude >= COMPARABLE * most);
-        if let [_, _, ..] = lines.as_slice() {
-            return first(lines.iter().map(|line| Line::from(line.tone)));
-        }
-        // The measured tone is the better one if it is alone.
-        first([Line { tone, drift: self.rise(measurement) }].into_iter())
+        self.ramps.solve(&self.plan.solver, stamp, tone, R::IQ)
     }
 }
-
-/// A list of one line.
-fn one(tone: Tone) -> Vec<Line, MOST> {
-    first([Line::from(tone)].into_iter())
-}
-
-/// The least amplitude of a line beside the strongest, as a ratio: -10 dB. A weaker one is not the strongest target's on another ramp, far
-/// beyond the spread of levels.
-const COMPARABLE: f32 = 0.316;
 
 /// The slice's length differs from the record's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -320,111 +287,64 @@ impl core::error::Error for LengthError {}
 /// Collects the tones of one chirp.
 #[derive(Clone, Debug)]
 struct Ramps {
-    beats: [Vec<Beat, MOST>; 3],
-    /// The rise of each segment's line, if it has only one.
-    drifts: [Option<FrequencyDrift>; 3],
+    beats: [Beat; 3],
     segments: Segments,
-    last: Last,
-    /// The sample clock at this chirp's rising ramp, and at the last chirp's falling one.
-    begin: u64,
-    clock: Option<u64>,
 }
 
-/// The part of a line that a solver reads.
+/// The part of a tone that a solver reads.
 #[derive(Clone, Copy, Debug)]
 struct Beat {
     frequency: Frequency,
     sigma: f32,
-    snr: f32,
-    amplitude: f32,
     verdict: Verdict,
 }
 
 impl Beat {
-    const fn from_line(line: &Line) -> Self {
-        let Tone { frequency, sigma, snr, amplitude, verdict, .. } = line.tone;
-        Self { frequency, sigma, snr, amplitude, verdict }
+    const fn from_tone(tone: &Tone) -> Self {
+        Self { frequency: tone.frequency, sigma: tone.sigma, verdict: tone.verdict }
     }
 
-    const fn line(&self, drift: Option<FrequencyDrift>) -> Line {
-        let Self { frequency, sigma, snr, amplitude, verdict } = *self;
-        let tone = Tone { frequency, sigma, snr, amplitude, verdict, ..Tone::ZERO };
-        Line { tone, drift }
+    const fn tone(&self) -> Tone {
+        let Self { frequency, sigma, verdict } = *self;
+        Tone { frequency, sigma, verdict, ..Tone::ZERO }
     }
 }
 
 impl Ramps {
     const fn new() -> Self {
-        let beats = [const { Vec::new() }; 3];
-        Self {
-            beats,
-            drifts: [None; 3],
-            segments: Segments::new(),
-            last: Last::new(),
-            begin: 0,
-            clock: None,
-        }
+        Self { beats: [Beat::from_tone(&Tone::ZERO); 3], segments: Segments::new() }
     }
 
-    /// The next block starts a chirp that no other precedes.
-    fn forget(&mut self) {
-        self.segments.forget();
-        self.last.forget();
-        self.clock = None;
-    }
-
-    /// The velocity or target computed from a block's lines, the strongest first; `signed` says that their frequencies have the right
-    /// signs.
+    /// The velocity or target computed from a tone; `signed` says that its frequency has the right sign.
     #[inline(always)]
-    fn solve(&mut self, solver: &Solver, stamp: &Stamp, lines: &[Line], signed: bool) -> Outcome {
-        let Some(Line { tone, .. }) = lines.first() else { return Outcome::None };
+    fn solve(&mut self, solver: &Solver, stamp: &Stamp, tone: Tone, signed: bool) -> Outcome {
         match *solver {
             Solver::None => Outcome::None,
-            Solver::Doppler(scale) => Outcome::Velocity(doppler::velocity(tone, scale)),
+            Solver::Doppler(scale) => Outcome::Velocity(doppler::velocity(&tone, scale)),
             Solver::Chirp(ref equations) => match equations.shape {
-                Shape::Sawtooth => Outcome::Target(chirp::sawtooth(tone, signed, equations)),
-                Shape::Triangle => self.pair(stamp, lines, TRIANGLE, signed, equations),
-                Shape::Trapezoid => self.pair(stamp, lines, TRAPEZOID, signed, equations),
+                Shape::Sawtooth => Outcome::Target(chirp::sawtooth(&tone, equations)),
+                Shape::Triangle => match self.push(stamp, tone, TRIANGLE) {
+                    Some([up, _, down]) => {
+                        Outcome::Target(chirp::triangle(&[up, down], signed, equations))
+                    }
+                    None => Outcome::None,
+                },
+                Shape::Trapezoid => match self.push(stamp, tone, TRAPEZOID) {
+                    Some(tones) => Outcome::Target(chirp::trapezoid(&tones, signed, equations)),
+                    None => Outcome::None,
+                },
             },
         }
     }
 
-    /// Takes a segment's lines; the falling ramp completes a chirp and gives its target.
-    #[inline(never)]
-    fn pair(
-        &mut self,
-        stamp: &Stamp,
-        lines: &[Line],
-        wanted: u8,
-        signed: bool,
-        equations: &Equations,
-    ) -> Outcome {
-        let Some(index) = self.segments.push(stamp) else { return Outcome::None };
-        if index == 0 {
-            self.begin = stamp.clock;
+    /// Takes a tone; returns the chirp's [up, flat, down] when its falling ramp completes it.
+    fn push(&mut self, stamp: &Stamp, tone: Tone, wanted: u8) -> Option<[Tone; 3]> {
+        let index = self.segments.push(stamp)?;
+        if let Some(beat) = self.beats.get_mut(index) {
+            *beat = Beat::from_tone(&tone);
         }
-        if let (Some(beats), Some(drift)) = (self.beats.get_mut(index), self.drifts.get_mut(index))
-        {
-            *beats = first(lines.iter().map(Beat::from_line));
-            *drift = lines.first().and_then(|line| line.drift);
-        }
-        if !self.segments.complete(stamp.segment, wanted) {
-            return Outcome::None;
-        }
-        let mut drifts = self.drifts.into_iter();
-        let lines = self.beats.each_ref().map(|beats| {
-            let drift = drifts.next().flatten();
-            first(beats.iter().map(|beat| beat.line(drift)))
-        });
-        // Some clocks do not count the guard: the time between the ramps, which is known, is their unit.
-        let ramps = stamp.clock.checked_sub(self.begin).filter(|&samples| samples > 0);
-        let passed = self.clock.and_then(|clock| stamp.clock.checked_sub(clock));
-        let passed = passed.filter(|&samples| samples > 0);
-        let time_s = ramps.zip(passed);
-        let time_s = time_s.map(|(ramps, passed)| equations.apart * (passed as f32 / ramps as f32));
-        self.clock = Some(stamp.clock);
-        let last = Some((&mut self.last, time_s));
-        Outcome::Target(solve(&lines, 0, signed, equations, last))
+        let complete = self.segments.complete(stamp.segment, wanted);
+        complete.then(|| self.beats.each_ref().map(Beat::tone))
     }
 }
 

@@ -51,8 +51,7 @@ macro_rules! words {
 }
 
 words!(
-    Good, Moving, NearEdge, Clipped, Unresolved, Image, Gap, Weak, Ambiguous, FrontEnd, NoSignal,
-    WrongCodes
+    Good, Moving, NearEdge, Clipped, Unresolved, Image, Gap, Weak, FrontEnd, NoSignal, WrongCodes
 );
 
 /// The words of a number from a tone.

@@ -3,7 +3,6 @@
 
 mod accumulate;
 mod alternating;
-mod ambiguous;
 mod budget;
 mod burst_processor;
 mod bursts;

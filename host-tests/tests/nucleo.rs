@@ -490,10 +490,7 @@ fn settings_are_checked_used_and_a_chirp_goes_through_segment_by_segment() {
         assert!(found.verdict <= Verdict::Moving, "{found:?}");
         let range_m = target.range_m(lap_s * (number / 3) as f64 + radar.middle_s());
         assert!(off(found.range, range_m, found.sigma_range) < 6.0, "{found:?}");
-        assert!(
-            off(found.velocity.unwrap(), velocity_mps, found.sigma_velocity) < 6.0,
-            "{found:?}"
-        );
+        assert!(off(found.velocity, velocity_mps, found.sigma_velocity) < 6.0, "{found:?}");
         targets += 1;
     }
     assert_eq!(targets, 20, "one for each chirp of three segments");

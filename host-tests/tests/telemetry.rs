@@ -4,8 +4,7 @@ use fixed::types::{I0F32, I32F32};
 use picket_dsp::acquire::sample::{Segment, Stamp};
 use picket_dsp::methods::registry::Method;
 use picket_dsp::pipeline::{Measurement, Outcome};
-use picket_dsp::solve::candidates::{Ambiguity, Candidate, Candidates};
-use picket_dsp::solve::chirp::Target;
+use picket_dsp::solve::chirp::{Ambiguity, Target};
 use picket_dsp::solve::doppler::Velocity;
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::{Tone, Verdict, Verdicts};
@@ -52,19 +51,12 @@ fn any_record(sequence: u32, rng: &mut impl Rng) -> Telemetry {
         }),
         other => Outcome::Target(Target {
             range: fixed(rng),
-            velocity: rng.random_bool(0.5).then(|| fixed(rng)),
+            velocity: fixed(rng),
             sigma_range: float(rng),
             sigma_velocity: float(rng),
             ambiguity: match other {
                 2 => Ambiguity::None,
-                3 => {
-                    let count = rng.random_range(1..=4);
-                    Ambiguity::Several(Candidates::new((0..count).map(|_| Candidate {
-                        range: fixed(rng),
-                        velocity: fixed(rng),
-                        odds: rng.random(),
-                    })))
-                }
+                3 => Ambiguity::Exchange { range: fixed(rng), velocity: fixed(rng) },
                 _ => Ambiguity::Coupled,
             },
             verdict: verdict(rng),

@@ -22,8 +22,7 @@ pub fn widen(clock: Clock, measurement: &mut Measurement) {
         }
         // Its range is counted in samples of the ramp, and the clock paces both.
         Outcome::Target(target) => {
-            let velocity = target.velocity.unwrap_or_default();
-            target.sigma_velocity = wider(target.sigma_velocity, velocity.to_bits() as f32);
+            target.sigma_velocity = wider(target.sigma_velocity, target.velocity.to_bits() as f32);
         }
     }
 }
@@ -56,7 +55,7 @@ mod tests {
         let velocity =
             Velocity { velocity: I32F32::from_num(-20), sigma: 0.1, ..Velocity::default() };
         let target = Target {
-            velocity: Some(I32F32::from_num(3)),
+            velocity: I32F32::from_num(3),
             range: I32F32::from_num(50),
             sigma_range: 0.01,
             ..Target::default()

@@ -31,7 +31,6 @@ use picket_wire::telemetry::{Basis, Health, Telemetry};
 const RECORD: usize = 3 * WIRE;
 
 /// The end of an instrument. Its last answer may still wait for the line; the memory of every block is back with the port.
-#[expect(clippy::large_enum_variant, reason = "nothing is allocated here, and there is one of it")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum End {
     /// Another instrument shall start, with these settings.

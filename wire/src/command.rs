@@ -15,7 +15,6 @@ use crate::settings_error::SettingsError;
 use heapless::Vec;
 
 /// A question or an order.
-#[expect(clippy::large_enum_variant, reason = "nothing is allocated here, and there is one of it")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Command {
     /// Asks for the boot record; answered by a [`super::boot::Boot`].
@@ -173,11 +172,7 @@ impl Request {
             (5, body) => {
                 if !matches!(
                     body.len(),
-                    Settings::SHORT
-                        | Settings::LONG
-                        | Settings::WIDE
-                        | Settings::MODED
-                        | Settings::BYTES
+                    Settings::SHORT | Settings::LONG | Settings::WIDE | Settings::BYTES
                 ) {
                     return unknown;
                 }
