@@ -294,13 +294,14 @@ fn the_alias_runs_the_program_in_a_clone() {
 }
 
 #[test]
-fn there_is_one_alias() {
+fn there_is_an_alias_for_each_program() {
     let configured = fs::read_to_string(Path::new(ROOT).join(".cargo/config.toml")).unwrap();
     let alias = configured.lines().find_map(|line| line.strip_prefix("picket = ")).unwrap();
     assert_eq!(alias, "\"run --package picket-host --\"");
-    // No other: a name of cargo's own, or of a plug-in, would take its place.
+    // The users' program and the developers', and no other: a name of cargo's own, or of a plug-in, would take its place.
     let aliases = configured.split("[alias]").nth(1).unwrap().split("\n\n").next().unwrap();
-    assert_eq!(aliases.trim().lines().count(), 1, "{aliases}");
+    assert!(aliases.contains("\nlab = \"run --package picket-lab --\""), "{aliases}");
+    assert_eq!(aliases.trim().lines().count(), 2, "{aliases}");
 }
 
 /// What `--help`, completions and manual pages need.
