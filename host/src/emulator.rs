@@ -204,7 +204,7 @@ impl Capture {
         run(machine, image, self.directory.path(), limit, Told::Telemetry, telemetry)
     }
 
-    /// Likewise. What the emulator executes is given to `trace`, line by line (see [`crate::bench::trace`]).
+    /// Likewise. What the emulator executes is given to `trace`, line by line.
     pub fn trace(
         mut self,
         machine: Machine,

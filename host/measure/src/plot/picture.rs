@@ -25,7 +25,7 @@ const INK_TEXT: &str = "#010203";
 /// Lines of the grid.
 pub const GRID: RGBColor = RGBColor(160, 160, 160);
 
-/// The family, which [`fonts`] registers.
+/// The family of all text: DejaVu Sans, which comes with the program.
 pub const FONT: &str = "sans-serif";
 
 fn fonts() {
