@@ -115,15 +115,6 @@ pub fn io_error(what: impl fmt::Display) -> impl FnOnce(io::Error) -> ToolError 
     move |source| ToolError::Io { what: what.to_string(), source }
 }
 
-/// Whether a cargo that failed so could not get packages. One that must not ask the registry names `--offline`; but so does one whose
-/// lock file is behind its package, as a cure.
-pub fn lacks_packages(output: &str) -> bool {
-    const OFFLINE: [&str; 4] =
-        ["failed to download", "Could not resolve host", "Couldn't resolve host", "--offline"];
-    let behind = output.contains("because --locked was passed");
-    !behind && OFFLINE.iter().any(|why| output.contains(why))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

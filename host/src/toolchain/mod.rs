@@ -24,8 +24,8 @@ mod unpacked;
 
 pub use cmsis::cmsis;
 pub use dependent::Dependent;
+pub use error::ToolError;
 pub use error::io_error;
-pub use error::{ToolError, lacks_packages};
 pub use image::{Firmware, lint, prepare};
 pub use needs::{Need, have};
 pub use node::node;
