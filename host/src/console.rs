@@ -93,7 +93,16 @@ impl Console {
     }
 
     /// Waits for a turn of the board's loop, in which it measures at most one block: all that it says until its status, without that.
+    ///
+    /// The board answers bytes before it measures the block that waits, so only the second status comes after the block.
     pub fn turn(&mut self) -> Result<Vec<Said>, RunError> {
+        let mut before = self.until_status()?;
+        before.extend(self.until_status()?);
+        Ok(before)
+    }
+
+    /// Asks for the status: all that is said until it comes, without that.
+    fn until_status(&mut self) -> Result<Vec<Said>, RunError> {
         let (mut before, mut answered) = (Vec::new(), false);
         self.tag = self.tag.wrapping_add(1);
         let request = Request { tag: self.tag, command: Command::Status };
