@@ -1,8 +1,10 @@
-// The speed of whatever moves before a 24 GHz Doppler module (HB100, CDM324) with an amplifier at A0.
-// Teensy 4, or a Pico by the arduino-pico core. A speed of 1 m/s is 161 Hz at 24.125 GHz.
+// The speed of whatever moves before a Doppler module (HB100, CDM324) with an amplifier at A0.
+// Teensy 4, or a Pico by the arduino-pico core.
 #include <Arduino.h>
 #include <picket.h>
 
+// An HB100 transmits at 10.525 GHz, where 1 m/s is 70 Hz; a CDM324 at 24.125 GHz, where it is 161 Hz. Write your module's here.
+static const double CARRIER_HZ = 10.525e9;
 static const double RATE_HZ = 8000.0;
 static picket_real1024 meter;
 static int16_t samples[1024];
@@ -17,7 +19,7 @@ void setup() {
     config.band_high_hz = 3500.0;
     picket_scene scene = {};
     scene.kind = PICKET_SCENE_DOPPLER;
-    scene.wavelength_m = 299792458.0 / 24.125e9;
+    scene.wavelength_m = 299792458.0 / CARRIER_HZ;
     picket_status status = picket_real1024_init(&meter, &config, &scene);
     if (status != PICKET_OK) Serial.println(picket_status_message(status));
 }
