@@ -134,9 +134,19 @@ fn the_header_is_clean_in_c99_and_cpp() {
     }
 }
 
+/// The package for this machine alone.
+fn here() -> &'static Path {
+    static HERE: OnceLock<PathBuf> = OnceLock::new();
+    HERE.get_or_init(|| {
+        let out = temporary("here");
+        needed(package(Core::Host.places(), &out));
+        out
+    })
+}
+
 /// A program for this machine from the package, with these flags beside.
 fn program(compiler: &str, name: &str, flags: &[&str]) -> PathBuf {
-    let dist = dist();
+    let dist = here();
     let out = temporary("host").join(format!("{name}-{compiler}{}", flags.len()));
     // Two tests may want it at once, and what runs cannot be written to.
     let part = out.with_extension(format!("{:?}", std::thread::current().id()));

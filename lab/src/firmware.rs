@@ -15,7 +15,11 @@ pub struct Options {
 #[derive(Debug, Subcommand)]
 enum Work {
     /// Lints the library and the images for every core; warnings are errors
-    Clippy,
+    Clippy {
+        /// The boards' own images and QEMU's alone, one of each
+        #[arg(long)]
+        boards: bool,
+    },
     /// Builds the images for every core they run on and prints their sizes
     Size {
         /// Each image once, for size where it can be built so: whether all of them link
@@ -24,8 +28,18 @@ enum Work {
     },
 }
 
+/// Images for a core, and the features of their board.
+type Images = (Target, &'static [&'static str], &'static [&'static str]);
+
+/// One image of each board.
+const BOARDS: [Images; 3] = [
+    (Target::M0, &["frontend_pico"], &["pico"]),
+    (Target::M4f, &["frontend_nucleo"], &["nucleo"]),
+    (Target::M33, &["frontend_qemu"], &["mps2"]),
+];
+
 /// The images for each core, with the board's feature. The M0's benchmark runs on the M3's board.
-const IMAGES: [(Target, &[&str], &[&str]); 13] = [
+const IMAGES: [Images; 13] = [
     (Target::M0, &["bench"], &["mps2"]),
     (Target::M0, &["frontend_pico"], &["pico"]),
     (Target::M0, &["frontend_pico"], &["usb"]),
@@ -59,15 +73,22 @@ const IMAGES: [(Target, &[&str], &[&str]); 13] = [
 
 /// Does the work.
 pub fn run(options: &Options) -> Result<ExitCode, RunError> {
-    toolchain::have(&IMAGES.map(|(target, ..)| Need::Core(target)))?;
     match options.work {
-        Work::Clippy => clippy(),
+        Work::Clippy { boards: true } => clippy(&BOARDS),
+        Work::Clippy { boards: false } => clippy(&IMAGES),
         Work::Size { once } => size(once),
     }
 }
 
-fn clippy() -> Result<ExitCode, RunError> {
-    for (target, images, features) in IMAGES {
+/// Fails before the first build if one of the images cannot be built.
+fn have(images: &[Images]) -> Result<(), RunError> {
+    let needs: Vec<Need> = images.iter().map(|&(target, ..)| Need::Core(target)).collect();
+    Ok(toolchain::have(&needs)?)
+}
+
+fn clippy(images: &[Images]) -> Result<ExitCode, RunError> {
+    have(images)?;
+    for &(target, images, features) in images {
         toolchain::lint(target, images, features)?;
     }
     Ok(ExitCode::SUCCESS)
@@ -83,6 +104,7 @@ fn profiles(bin: &str) -> &'static [Profile] {
 }
 
 fn size(once: bool) -> Result<ExitCode, RunError> {
+    have(&IMAGES)?;
     outln!(
         "{:16} {:26} {:15} {:8} {:>8} {:>8}",
         "image",
