@@ -14,7 +14,8 @@ use heapless::Vec;
 use picket_dsp::acquire::frontend::{Block, Counters};
 use picket_dsp::acquire::sample::{Iq, Real};
 use picket_dsp::burst;
-use picket_dsp::pipeline::{Measurement, Pipeline};
+use picket_dsp::pipeline::{Measurement, Outcome, Pipeline};
+use picket_dsp::tone::Tone;
 use picket_wire::boot::{Boot, Name};
 use picket_wire::burst::Burst;
 use picket_wire::capture::EncodingError;
@@ -349,13 +350,28 @@ where
         if let Some(sum) = sum {
             self.send(port, &sum.to_frame());
         }
-        if let Some(lines) = lines {
+        if let Some(mut lines) = lines {
+            lines.tones.iter_mut().for_each(|line| widen(port, &mut line.tone));
             self.send(port, &lines.to_frame());
         }
-        if let Some(fundamental) = fundamental {
+        if let Some(mut fundamental) = fundamental {
+            // Its own amplitude is not known where its first order is not seen.
+            let amplitude = measured.tone.amplitude;
+            let mut tone = Tone { amplitude, ..fundamental.harmonic.tone };
+            widen(port, &mut tone);
+            fundamental.harmonic.tone.sigma = tone.sigma;
             self.send(port, &fundamental.to_frame());
         }
-        if let Some(follow) = self.measurer.followed::<N>(&stamp) {
+        if let Some(mut follow) = self.measurer.followed::<N>(&stamp, |tone| widen(port, tone)) {
+            for (_, target) in &mut follow.targets {
+                let result = Outcome::Target(*target);
+                let mut measurement = Measurement { result, ..Measurement::default() };
+                port.widen(&mut measurement);
+                self.plan.settings.calibration.apply(&mut measurement);
+                if let Outcome::Target(widened) = measurement.result {
+                    *target = widened;
+                }
+            }
             self.send(port, &follow.to_frame());
         }
     }
@@ -501,4 +517,11 @@ fn piece(samples: &[i16], from: usize, bytes: &mut Vec<u8, { Raw::PIECE }>) {
         // A piece has room for this many.
         let _ = bytes.extend_from_slice(&sample.to_le_bytes());
     }
+}
+
+/// Adds the board's part to a tone's sigma, as to that of a block's own tone.
+fn widen<P: Port<N, SLOT>, const N: usize, const SLOT: usize>(port: &P, tone: &mut Tone) {
+    let mut measurement = Measurement { tone: *tone, ..Measurement::default() };
+    port.widen(&mut measurement);
+    *tone = measurement.tone;
 }

@@ -7,6 +7,7 @@ use picket_dsp::acquire::sample::{Iq, Real, Record, Stamp};
 use picket_dsp::config::Config;
 use picket_dsp::pipeline::{Alternating, Measurement, Pipeline};
 use picket_dsp::plan::{EitherPlan, Plan};
+use picket_dsp::tone::Tone;
 use picket_dsp::tone::harmonic::Harmonic;
 use picket_dsp::tone::lines::MOST;
 use picket_dsp::tone::phasor::ToneWithPhase;
@@ -60,8 +61,8 @@ pub trait Meter<R: Record, const N: usize> {
         Gathered::Block
     }
 
-    /// Tracks and targets after a block, if the plan follows tones.
-    fn followed(&self, _: &Stamp) -> Option<Follow> {
+    /// Tracks and targets after a block, if the plan follows tones. The closure adds the board's part to a tone's sigma.
+    fn followed(&self, _: &Stamp, _: impl Fn(&mut Tone)) -> Option<Follow> {
         None
     }
 
@@ -98,8 +99,8 @@ impl<R: Record, const N: usize> Meter<R, N> for Tracker<R, N> {
         Tracker::block(self, stamp, samples)
     }
 
-    fn followed(&self, stamp: &Stamp) -> Option<Follow> {
-        self.follows().then(|| Follow::from_tracker(self, stamp))
+    fn followed(&self, stamp: &Stamp, widen: impl Fn(&mut Tone)) -> Option<Follow> {
+        self.follows().then(|| Follow::widened(self, stamp, widen))
     }
 }
 
@@ -219,15 +220,19 @@ impl<'a, M, Q> Measurer<'a, M, Q> {
         }
     }
 
-    /// Tracks and targets after a block, if the plan follows tones.
-    pub fn followed<const N: usize>(&self, stamp: &Stamp) -> Option<Follow>
+    /// Tracks and targets after a block, if the plan follows tones. `widen` adds the board's part to a tone's sigma.
+    pub fn followed<const N: usize>(
+        &self,
+        stamp: &Stamp,
+        widen: impl Fn(&mut Tone),
+    ) -> Option<Follow>
     where
         M: Meter<Real, N>,
         Q: Meter<Iq, N>,
     {
         match self {
-            Measurer::Real(meter) => meter.followed(stamp),
-            Measurer::Iq(meter) => meter.followed(stamp),
+            Measurer::Real(meter) => meter.followed(stamp, widen),
+            Measurer::Iq(meter) => meter.followed(stamp, widen),
         }
     }
 

@@ -24,7 +24,7 @@ use heapless::Vec;
 use picket_dsp::acquire::sample::{Record, Segment, Stamp};
 use picket_dsp::solve::chirp::Target;
 use picket_dsp::solve::track::{State, Track};
-use picket_dsp::tone::Verdict;
+use picket_dsp::tone::{Tone, Verdict};
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::lines::MOST;
 use picket_dsp::tracker::Tracker;
@@ -97,11 +97,22 @@ impl Follow {
     /// The tracks that a tracker holds after the block with this stamp, and the targets if the
     /// block ends a chirp.
     pub fn from_tracker<R: Record, const N: usize>(tracker: &Tracker<R, N>, stamp: &Stamp) -> Self {
+        Self::widened(tracker, stamp, |_| {})
+    }
+
+    /// Like [`Follow::from_tracker`], with an instrument's part in the tones' errors: `widen` adds it to a tone's sigma.
+    pub fn widened<R: Record, const N: usize>(
+        tracker: &Tracker<R, N>,
+        stamp: &Stamp,
+        widen: impl Fn(&mut Tone),
+    ) -> Self {
         let mut tracks = Vec::new();
         let all = tracker.tracks(stamp.segment).iter();
         for track in all.filter(|track| track.state != State::Tentative) {
+            let mut tone = track.tone;
+            widen(&mut tone);
             // There is room: a tracker follows at most this many.
-            let _ = tracks.push(Sighting::from(track));
+            let _ = tracks.push(Sighting { sigma: tone.sigma, ..Sighting::from(track) });
         }
         Follow {
             sequence: stamp.sequence,
