@@ -107,6 +107,8 @@ class _Front:
     """What a pipeline and a tracker have in common: a configuration, and how samples become the converter's codes."""
 
     def __init__(self, n, rate_hz, codes, iq, band_hz, scene, false_alarm, engine, arithmetic, effort="one", following=None, carrier=(0.0, 0.0)):
+        if rate_hz is None:
+            raise ValueError("rate_hz is not given: how many samples the converter takes a second")
         self._n, self._rate_hz, self._iq, self._scene_kind = int(n), float(rate_hz), bool(iq), _kind(scene)
         self._codes = codes
         terms = scene._terms() if scene is not None else None
@@ -179,8 +181,6 @@ class _Front:
             if 0 < largest < 1.5:
                 raise ValueError("samples are too small for integers: multiply them by the codes of full scale, as 2**15")
             array = np.rint(array)
-            if array.size and (array.min() < low or array.max() > high):
-                raise ValueError(f"samples exceed {low}..{high}: give codes=16, or divide them")
         elif array.dtype.kind not in "iu":
             raise ValueError(f"samples are integers, floats or complex numbers, not {array.dtype}")
         elif unsigned and not isinstance(self._codes, (tuple, list)) and int(self._codes) == 16:
@@ -188,13 +188,24 @@ class _Front:
             if array.size and array.max() > 0xFFFF:
                 raise ValueError("samples exceed 0..65535: they are wider than 16 bits")
             array = array.astype(np.int64) - 0x8000
-        elif array.dtype.itemsize > 2 or unsigned:
-            if array.size and (array.min() < -0x8000 or array.max() > 0x7FFF):
-                raise ValueError("samples exceed 16 bits: divide them, or take their upper bits")
+        if array.size and (array.min() < low or array.max() > high):
+            raise ValueError(self._beyond(int(array.min()), int(array.max()), low, high))
         words = np.ascontiguousarray(array, dtype=np.int16).reshape(-1)
         if words.size // parts < self._n:
             raise ValueError(f"{words.size // parts} samples are fewer than a block's {self._n}: give a smaller n")
         return words, self._native(low, high), rows
+
+    def _beyond(self, least, most, low, high):
+        """What is wrong with samples from `least` to `most` for codes from `low` to `high`, and its cure."""
+        bits = next((bits for bits in range(8, 17) if -(1 << (bits - 1)) <= least and most < 1 << (bits - 1)), None)
+        if least >= 0 and (up := max(8, most.bit_length())) <= 15:
+            cure = f"give codes=(0, {(1 << up) - 1})"
+        elif bits is not None:
+            cure = f"give codes={bits}"
+        else:
+            cure = "they are wider than 16 bits: divide them, or take their upper bits"
+        largest = most if most > high else least
+        return f"a sample is {largest}, and codes={self._codes} are {low} to {high}: {cure}"
 
     def _hop(self, hop, rows):
         if hop is None:
@@ -227,7 +238,7 @@ class Pipeline(_Front):
     """
 
     def __init__(
-        self, n=1024, rate_hz=48e3, codes=12, iq=False, band_hz=None, scene=None, *, false_alarm=None, engine="i32", arithmetic="float",
+        self, n=1024, rate_hz=None, codes=12, iq=False, band_hz=None, scene=None, *, false_alarm=None, engine="i32", arithmetic="float",
         effort="one", linewidth_hz=0.0, envelope_hz=0.0,
     ):
         carrier = (float(linewidth_hz), float(envelope_hz))
@@ -290,7 +301,7 @@ class Tracker(_Front):
     """
 
     def __init__(
-        self, n=1024, rate_hz=48e3, codes=12, iq=False, band_hz=None, scene=None, *, most=1, agility=0.05, acceleration_bins=0.0,
+        self, n=1024, rate_hz=None, codes=12, iq=False, band_hz=None, scene=None, *, most=1, agility=0.05, acceleration_bins=0.0,
         rate_bins=2.0, refresh=0, false_alarm=None, arithmetic="float", effort="one", linewidth_hz=0.0, envelope_hz=0.0,
     ):
         if not 1 <= int(most) <= 4:
@@ -332,7 +343,7 @@ class Accumulator(_Front):
     """
 
     def __init__(
-        self, n=1024, rate_hz=48e3, codes=12, iq=False, band_hz=None, scene=None, *, blocks=100, segment=None, drift_bins=0.0,
+        self, n=1024, rate_hz=None, codes=12, iq=False, band_hz=None, scene=None, *, blocks=100, segment=None, drift_bins=0.0,
         false_alarm=None, arithmetic="float",
     ):
         if not 1 <= int(blocks) <= 65536:
@@ -369,7 +380,7 @@ class BurstProcessor(_Front):
     """
 
     def __init__(
-        self, n=1024, rate_hz=48e3, codes=12, iq=False, band_hz=None, scene=None, *, ratio=None, hold_off=0, least=0, false_alarm=None,
+        self, n=1024, rate_hz=None, codes=12, iq=False, band_hz=None, scene=None, *, ratio=None, hold_off=0, least=0, false_alarm=None,
         arithmetic="float",
     ):
         if _kind(scene) == "chirp":
@@ -406,7 +417,7 @@ def read_recording(path, *, rate_hz=None, codes=16, iq=False, scale=None, channe
 
     What `picket analyze` reads: wav, FLAC, headerless numbers, SigMF, csv, npy, npz, mat. The options are that command's: `channel` is a
     number from 1 on, or two for I and Q; `scale` is a factor to the usual codes of the format, chosen by the data where it is not
-    given. Where nobody tells the rate it is 1.
+    given. The rate is None where nobody tells it.
     """
     samples, rate, missing = _recording(path, rate_hz, codes, iq, scale, channel, decimal_comma, format)
     if missing:
@@ -438,6 +449,8 @@ def analyze(path, n=1024, hop=None, *, rate_hz=None, codes=16, iq=False, scale=N
     n, hop: as for Pipeline; `options` are others of Pipeline, as band_hz or scene. The rest is as for read_recording.
     """
     samples, rate, missing = _recording(path, rate_hz, codes, iq, scale, channel, decimal_comma, format)
+    if rate is None:
+        raise ValueError(f"{os.fspath(path)} does not tell its rate: give rate_hz, samples per second")
     pipeline = Pipeline(n=n, rate_hz=rate, codes=_rails_of(codes), iq=samples.ndim == 2, **options)
     return pipeline.blocks(samples, hop, missing=missing)
 

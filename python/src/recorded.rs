@@ -25,7 +25,7 @@ pub fn recording<'py>(
     scale: Option<f64>,
     channel: Option<(usize, Option<usize>)>,
     decimal_comma: bool,
-) -> PyResult<(Bound<'py, PyArray1<i16>>, f64, bool, Vec<u64>)> {
+) -> PyResult<(Bound<'py, PyArray1<i16>>, Option<f64>, bool, Vec<u64>)> {
     let codes = terms::codes(low, high).map_err(wrong)?;
     if scale.is_some_and(|scale| !(scale > 0.0 && scale.is_finite())) {
         return Err(wrong("scale must be a positive number"));
@@ -35,7 +35,8 @@ pub fn recording<'py>(
     let read = || -> Result<_, String> {
         let text = |error: picket_recording::RecordingError| error.to_string();
         let mut recording = Recording::open(&path, options).map_err(text)?;
-        let (rate_hz, iq) = (recording.rate_hz(), recording.iq());
+        let rate_hz = recording.knows_rate().then(|| recording.rate_hz());
+        let iq = recording.iq();
         let (mut words, mut missing, mut sample) = (Vec::new(), Vec::new(), Vec::with_capacity(1));
         let (low, high) = codes.rails();
         for number in 0u64.. {

@@ -48,23 +48,23 @@ def test_every_length_and_engine_measures(n, engine):
 
 def test_kinds_of_arrays_give_the_same_answers():
     samples = tone()
-    answers = Pipeline(codes=12).blocks(samples)
+    answers = Pipeline(rate_hz=48e3, codes=12).blocks(samples)
     for other in [samples.astype(np.float32), samples.astype(float), samples.astype(np.int64), samples.tolist(), samples[: 46 * 1024].reshape(-1, 1024)]:
-        assert same(Pipeline(codes=12).blocks(other), answers)
-    assert same(Pipeline(codes=(-2048, 2047)).blocks(samples), answers)
+        assert same(Pipeline(rate_hz=48e3, codes=12).blocks(other), answers)
+    assert same(Pipeline(rate_hz=48e3, codes=(-2048, 2047)).blocks(samples), answers)
     # From 0 on, as a microcontroller's converter counts; 16 bits count from the middle.
     above = (samples.astype(int) + 2048).astype(np.uint16)
-    shifted = Pipeline(codes=12).blocks(above)
+    shifted = Pipeline(rate_hz=48e3, codes=12).blocks(above)
     assert (shifted["verdict"] == "good").all()
     np.testing.assert_allclose(shifted["frequency_hz"], answers["frequency_hz"], atol=1e-3)
-    wide = Pipeline(codes=16).blocks(samples)
-    assert same(Pipeline(codes=16).blocks((samples.astype(int) + 32768).astype(np.uint16)), wide)
+    wide = Pipeline(rate_hz=48e3, codes=16).blocks(samples)
+    assert same(Pipeline(rate_hz=48e3, codes=16).blocks((samples.astype(int) + 32768).astype(np.uint16)), wide)
     # A view that is not contiguous.
     twice = np.repeat(samples, 2)
-    assert same(Pipeline(codes=12).blocks(twice[::2]), answers)
+    assert same(Pipeline(rate_hz=48e3, codes=12).blocks(twice[::2]), answers)
     z = pairs()
     both = np.stack([z.real, z.imag], -1).astype(np.int16)
-    iq = Pipeline(codes=12, iq=True)
+    iq = Pipeline(rate_hz=48e3, codes=12, iq=True)
     expected = iq.blocks(z)
     assert expected["frequency_hz"][0] == pytest.approx(-1000.3, abs=1)
     for other in [z.astype(np.complex64), both, both[: 46 * 1024].reshape(-1, 1024, 2)]:
@@ -73,7 +73,7 @@ def test_kinds_of_arrays_give_the_same_answers():
 
 def test_hop_threads_phase_and_time():
     samples = tone(200_000)
-    pipeline = Pipeline(n=256)
+    pipeline = Pipeline(rate_hz=48e3, n=256)
     answers = pipeline.blocks(samples, hop=100, threads=1)
     assert len(answers) == (200_000 - 256) // 100 + 1
     assert same(pipeline.blocks(samples, hop=100, threads=7), answers)
@@ -99,12 +99,12 @@ def test_verdicts_are_told():
         (np.round(np.clip(0.75 * loud + quiet, -2048, 2047)), "clipped", True),
         (loud.astype(np.int16), "wrong-codes", False),
     ]:
-        row = Pipeline(codes=12).blocks(samples)[0]
+        row = Pipeline(rate_hz=48e3, codes=12).blocks(samples)[0]
         assert (row["verdict"], bool(row["usable"])) == (verdict, usable)
         assert row["reason"].startswith(verdict)
     assert list(picket_dsp.VERDICTS)[0] == "good" and "rails" in picket_dsp.VERDICTS["wrong-codes"]
     two = 900 * np.sin(0.8 * np.arange(1024)) + 500 * np.sin(1.6 * np.arange(1024)) + quiet
-    lines = Pipeline().lines(np.round(two))
+    lines = Pipeline(rate_hz=48e3).lines(np.round(two))
     np.testing.assert_allclose(lines["frequency_hz"][:2] / 48e3 * 2 * np.pi, [0.8, 1.6], atol=1e-4)
     assert lines["amplitude"][:2] == pytest.approx([900, 500], rel=0.02)
 
@@ -134,8 +134,11 @@ def test_verdicts_are_told():
         ({}, np.zeros((2, 2, 1024), np.int16), "one array"),
         ({}, np.full(1024, 0.3), "too small for integers"),
         ({}, np.full(1024, np.nan), "not a number"),
-        ({}, np.full(1024, 5000.0), "exceed -2048..2047"),
-        ({}, np.full(1024, 1 << 20), "exceed 16 bits"),
+        ({"rate_hz": None}, None, "rate_hz is not given"),
+        ({}, np.full(1024, 5000.0), r"a sample is 5000, .*give codes=\(0, 8191\)"),
+        ({}, np.full(1024, 4095, np.int16), r"a sample is 4095, .*give codes=\(0, 4095\)"),
+        ({}, np.full(1024, -4095, np.int16), r"a sample is -4095, .*give codes=13"),
+        ({}, np.full(1024, 1 << 20), "wider than 16 bits"),
         ({}, np.zeros(1024, complex), "iq=True"),
         ({"iq": True}, np.zeros(2048, np.int16), "needs complex samples"),
         ({}, np.array(["a"] * 1024), "integers, floats or complex"),
@@ -143,22 +146,26 @@ def test_verdicts_are_told():
 )
 def test_errors_are_values_with_a_cure(options, samples, words):
     with pytest.raises(ValueError, match=words) as error:
-        Pipeline(**options).blocks(samples)
+        Pipeline(**{"rate_hz": 48e3} | options).blocks(samples)
     assert "\n" not in str(error.value)
 
 
 def test_other_errors():
     for call in [
         lambda: Doppler()._terms(),
-        lambda: Pipeline().lines(np.zeros(2048, np.int16)),
-        lambda: Pipeline().lines(np.zeros(1024, np.int16), 9),
-        lambda: Pipeline().blocks(np.zeros(4096, np.int16), hop=0),
-        lambda: Pipeline().blocks(np.zeros((4, 1024), np.int16), hop=4),
-        lambda: Tracker(most=5),
+        lambda: Pipeline(rate_hz=48e3).lines(np.zeros(2048, np.int16)),
+        lambda: Pipeline(rate_hz=48e3).lines(np.zeros(1024, np.int16), 9),
+        lambda: Pipeline(rate_hz=48e3).blocks(np.zeros(4096, np.int16), hop=0),
+        lambda: Pipeline(rate_hz=48e3).blocks(np.zeros((4, 1024), np.int16), hop=4),
+        lambda: Tracker(rate_hz=48e3, most=5),
         lambda: picket_dsp.read_telemetry(b"nothing"),
         lambda: picket_dsp.simulate(None, [(1, 1, 1)]),
         lambda: picket_dsp.simulate(Doppler(carrier_hz=1e9), []),
         lambda: picket_dsp.analyze(__file__),
+        # Each of them checks the codes.
+        lambda: Tracker(rate_hz=48e3).follow(np.full(4096, 4000, np.int16)),
+        lambda: picket_dsp.Accumulator(rate_hz=48e3).sums(np.full(102_400, 4000, np.int16)),
+        lambda: picket_dsp.BurstProcessor(rate_hz=48e3).bursts(np.full(4096, 4000, np.int16)),
     ]:
         with pytest.raises(ValueError):
             call()
@@ -178,7 +185,7 @@ def test_a_doppler_radar_of_the_simulator():
     errors = (answers["velocity_mps"] - 3.0) / answers["sigma_velocity_mps"]
     assert 0.6 < np.sqrt(np.mean(errors**2)) < 1.5
     backwards, _ = picket_dsp.simulate(scene, [(20.0, -3.0, 900.0)], rate_hz=48e3, blocks=4, noise=30.0, iq=True)
-    assert (Pipeline(iq=True, scene=scene).blocks(backwards)["velocity_mps"] < -2.9).all()
+    assert (Pipeline(rate_hz=48e3, iq=True, scene=scene).blocks(backwards)["velocity_mps"] < -2.9).all()
 
 
 @pytest.mark.parametrize("shape, every", [("trapezoid", 3), ("triangle", 2), ("sawtooth", 1)])
@@ -220,15 +227,15 @@ def test_an_accumulator_finds_what_no_block_shows():
     # -18 dB a sample.
     rows = 200 * random.normal(size=(300, 1024)) + 200 * np.sqrt(2) * 10**-0.9 * np.sin(0.7 * index + phases[:, None])
     rows = np.round(rows).astype(np.int16)
-    single = picket_dsp.Pipeline().blocks(rows)
+    single = picket_dsp.Pipeline(rate_hz=48e3).blocks(rows)
     assert (single["verdict"] == "weak").mean() > 0.5
-    sums = picket_dsp.Accumulator(blocks=100).sums(rows)
+    sums = picket_dsp.Accumulator(rate_hz=48e3, blocks=100).sums(rows)
     assert len(sums) == 3 and (sums["verdict"] == "good").all() and (sums["blocks"] == 100).all() and (sums["ln_chance"] < -14).all()
     assert np.abs((sums["frequency_hz"] - 0.7 / 2 / np.pi * 48e3) / sums["sigma_hz"]).max() < 5
     assert sums["time_s"].tolist() == pytest.approx([0, 102400 / 48e3, 204800 / 48e3])
     for options in [{"blocks": 0}, {"drift_bins": np.inf}, {"segment": "up"}, {"false_alarm": 0.0}]:
         with pytest.raises(ValueError):
-            picket_dsp.Accumulator(**options)
+            picket_dsp.Accumulator(rate_hz=48e3, **options)
 
 
 @pytest.mark.parametrize("iq", [False, True])
@@ -265,7 +272,7 @@ def test_a_burst_processor_finds_particles(iq):
     assert len(set(np.abs(others["time_s"][:, None] * rate - arrivals).argmin(1)) - {50}) >= 96
     for options in [{"ratio": 1.0}, {"hold_off": -1}, {"scene": Chirp(bandwidth_hz=1e8, duration_s=1, carrier_hz=24e9)}]:
         with pytest.raises(ValueError):
-            picket_dsp.BurstProcessor(**options)
+            picket_dsp.BurstProcessor(rate_hz=48e3, **options)
     with pytest.raises(ValueError, match="one long array"):
         processor.bursts(np.zeros((4, n, 2) if iq else (4, n), np.int16))
 
@@ -273,7 +280,7 @@ def test_a_burst_processor_finds_particles(iq):
 @pytest.mark.parametrize("engine", ["i32", "q15", "f32"])
 def test_explain_says_why(engine):
     samples = tone(1024, noise=300.0)
-    tests = Pipeline(engine=engine).explain(samples)
+    tests = Pipeline(rate_hz=48e3, engine=engine).explain(samples)
     assert {"floor", "line"} <= set(tests["test"])
     rules = tests[tests["fit"] == "verdict"]
     assert (rules["outcome"] == "does not apply").all()
@@ -293,19 +300,19 @@ def test_more_effort_resolves_more():
     found = rows["full"]
     errors = (found["frequency_hz"] - 100.3) / found["sigma_hz"]
     assert np.abs(errors).max() < 5 and 0.7 < np.sqrt((errors**2).mean()) < 1.3
-    causes = Pipeline(effort="full").explain(samples[:1024])
+    causes = Pipeline(rate_hz=48e3, effort="full").explain(samples[:1024])
     assert list(causes["outcome"][(causes["fit"] == "joint") & (causes["test"] == "line")]) == ["joined the fit", "steady"]
-    assert same(Pipeline(effort="full").blocks(tone(4096)), Pipeline().blocks(tone(4096)))
+    assert same(Pipeline(rate_hz=48e3, effort="full").blocks(tone(4096)), Pipeline(rate_hz=48e3).blocks(tone(4096)))
 
 
 def test_a_stated_width_is_in_sigma():
     samples = tone(64 * 1024)
-    alone = Pipeline().blocks(samples)["sigma_hz"]
+    alone = Pipeline(rate_hz=48e3).blocks(samples)["sigma_hz"]
     block_s = 1024 / 48e3
     for terms, variance in [({"linewidth_hz": 100.0}, 0.191 * 100 / block_s), ({"envelope_hz": 2.0}, (0.6006 * 2.0) ** 2)]:
-        wide = Pipeline(**terms).blocks(samples)["sigma_hz"]
+        wide = Pipeline(rate_hz=48e3, **terms).blocks(samples)["sigma_hz"]
         assert np.allclose(wide**2 - alone**2, variance, rtol=0.01)
-    followed = [Tracker(envelope_hz=hz).follow(samples)[1]["sigma_hz"][20:] for hz in [2.0, 0.0]]
+    followed = [Tracker(rate_hz=48e3, envelope_hz=hz).follow(samples)[1]["sigma_hz"][20:] for hz in [2.0, 0.0]]
     assert followed[0].min() > followed[1].max()
 
 
@@ -328,9 +335,12 @@ def test_recordings(tmp_path):
         file.writeframes(samples.astype("<i2").tobytes())
     read, rate = picket_dsp.read_recording(path)
     assert rate == 48_000 and (read == samples).all()
-    assert same(picket_dsp.analyze(path, n=512, hop=256), Pipeline(n=512, codes=16).blocks(samples, hop=256))
+    assert same(picket_dsp.analyze(path, n=512, hop=256), Pipeline(rate_hz=48e3, n=512, codes=16).blocks(samples, hop=256))
     np.save(tmp_path / "tone.npy", samples)
     assert same(picket_dsp.analyze(tmp_path / "tone.npy", rate_hz=48e3), picket_dsp.analyze(path))
+    assert picket_dsp.read_recording(tmp_path / "tone.npy")[1] is None
+    with pytest.raises(ValueError, match="does not tell its rate"):
+        picket_dsp.analyze(tmp_path / "tone.npy")
     with pytest.raises(ValueError, match="exceed"):
         picket_dsp.analyze(path, codes=8)
 
@@ -346,7 +356,7 @@ def test_other_threads_run_meanwhile():
     thread = threading.Thread(target=spin)
     thread.start()
     before = turns[0]
-    Pipeline().blocks(samples, threads=1)
+    Pipeline(rate_hz=48e3).blocks(samples, threads=1)
     during = turns[0] - before
     done.set()
     thread.join()
@@ -356,7 +366,7 @@ def test_other_threads_run_meanwhile():
 
 def test_pandas_takes_it():
     pandas = pytest.importorskip("pandas")
-    table = pandas.DataFrame(Pipeline().blocks(tone()))
+    table = pandas.DataFrame(Pipeline(rate_hz=48e3).blocks(tone()))
     assert table["usable"].all() and table["frequency_hz"].mean() == pytest.approx(1000.3, abs=0.1)
 
 
