@@ -34,6 +34,8 @@ pub struct Framer<R: Record, const N: usize> {
     samples: [R::Sample; N],
     /// Samples of the record so far.
     filled: usize,
+    /// Samples from the start of a segment to its record.
+    guard: u32,
     /// Samples to skip before the next record.
     skip: u64,
     /// The first word of an I/Q pair, if its second word is in the next chunk.
@@ -65,6 +67,7 @@ impl<R: Record, const N: usize> Framer<R, N> {
             timing: Timing::continuous(N as u32),
             samples: [R::Sample::default(); N],
             filled: 0,
+            guard: 0,
             skip: 0,
             half: None,
             clock: 0,
@@ -79,6 +82,28 @@ impl<R: Record, const N: usize> Framer<R, N> {
     #[must_use]
     pub const fn with_hop(mut self, hop: u32) -> Self {
         self.timing.period = if hop == 0 { 1 } else { hop };
+        self
+    }
+
+    /// Sets the samples that are dropped before each record, from the stream's start on: a chirp's guard, [`Chirp::guard_s`] by the
+    /// rate. The stream starts with the first ramp, and a record's stamp has the clock of its ramp's first sample.
+    ///
+    /// [`Chirp::guard_s`]: crate::solve::equations::Chirp::guard_s
+    ///
+    /// ```
+    /// use picket_dsp::{Framer, Format, Real};
+    ///
+    /// // Ramps of 100 samples, of which the first 20 come before the echo.
+    /// let mut framer = Framer::<Real, 64>::new(Format::signed::<16>()).with_hop(100).with_guard(20);
+    /// let stream: Vec<i16> = (0..300).collect();
+    /// framer.push(&stream, |stamp, samples| {
+    ///     assert_eq!(u64::from(samples[0] as u16), stamp.clock + 20);
+    /// });
+    /// ```
+    #[must_use]
+    pub const fn with_guard(mut self, samples: u32) -> Self {
+        self.guard = samples;
+        self.skip = samples as u64;
         self
     }
 
@@ -135,8 +160,10 @@ impl<R: Record, const N: usize> Framer<R, N> {
     pub fn lost(&mut self, samples: u64) {
         let hop = u64::from(self.timing.period).max(1);
         self.clock = self.clock.saturating_add(samples.max(1));
-        self.number = self.clock.div_ceil(hop);
-        self.skip = self.number.saturating_mul(hop).saturating_sub(self.clock);
+        let guard = u64::from(self.guard);
+        self.number = self.clock.saturating_sub(guard).div_ceil(hop);
+        let next = self.number.saturating_mul(hop).saturating_add(guard);
+        self.skip = next.saturating_sub(self.clock);
         (self.filled, self.half, self.gap) = (0, None, true);
     }
 
@@ -239,6 +266,31 @@ mod tests {
                 assert_eq!(gaps.len(), 1);
                 assert!(gaps[0] >= (before + missing) as u64);
                 assert!(gaps[0] < (before + missing) as u64 + u64::from(hop));
+            }
+        }
+    }
+
+    /// With a guard, also behind a loss, a record holds the samples from the guard on, and its stamp tells where its ramp began.
+    #[test]
+    fn a_guard_is_dropped_before_every_record() {
+        for (guard, hop) in [(0, 64), (20, 84), (20, 100), (36, 100), (10, 32)] {
+            let whole = stream(3000);
+            for lost in [0, 1, 15, 85, 300] {
+                let new = Framer::<Real, N>::new(Format::signed::<16>());
+                let mut framer = new.with_hop(hop).with_guard(guard);
+                let mut seen = records(&mut framer, &whole[..500], 7);
+                let before = seen.len();
+                if lost > 0 {
+                    framer.lost(lost);
+                }
+                seen.extend(records(&mut framer, &whole[500 + lost as usize..], 7));
+                assert!(before > 3 && seen.len() > before + 20);
+                for (number, (stamp, first)) in seen.iter().enumerate() {
+                    let begun = i64::from(stamp.sequence) * i64::from(hop);
+                    assert_eq!(i64::try_from(stamp.clock), Ok(begun));
+                    assert_eq!(i64::from(*first), begun + i64::from(guard), "{guard} {hop} {lost}");
+                    assert_eq!(stamp.gap, lost > 0 && number == before);
+                }
             }
         }
     }
