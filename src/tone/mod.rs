@@ -47,7 +47,6 @@ pub use verdict::{Reasons, Usable, Verdict, Verdicts};
 /// # Ok::<(), picket_dsp::LengthError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Tone {
     /// The frequency.
     pub frequency: Frequency,
@@ -70,12 +69,25 @@ pub struct Tone {
 /// `clipped, moving`.
 impl core::fmt::Display for Tone {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let (hertz, sigma) = (self.hertz(), self.sigma_hertz());
-        // Casts saturate.
-        let digits = (1.0 - libm::floor(libm::log10(sigma))).clamp(0.0, 9.0) as usize;
+        let (hertz, sigma, digits) = (self.hertz(), self.sigma_hertz(), self.digits());
         write!(f, "{hertz:.digits$} Hz ± {sigma:.digits$} Hz, ")?;
         write!(f, "SNR {:.1} dB", self.snr_db())?;
         self.reasons().try_for_each(|verdict| write!(f, ", {verdict}"))
+    }
+}
+
+/// Logs what [`Display`](core::fmt::Display) prints, but for trailing zeros.
+#[cfg(feature = "defmt")]
+impl defmt::Format for Tone {
+    fn format(&self, f: defmt::Formatter) {
+        let unit = (0..self.digits()).fold(1.0, |unit, _| 10.0 * unit);
+        let [hertz, sigma] =
+            [self.hertz(), self.sigma_hertz()].map(|number| libm::rint(number * unit) / unit);
+        let decibels = libm::rintf(10.0 * self.snr_db()) / 10.0;
+        defmt::write!(f, "{=f64} Hz ± {=f64} Hz, SNR {=f32} dB", hertz, sigma, decibels);
+        for verdict in self.reasons() {
+            defmt::write!(f, ", {=str}", verdict.name());
+        }
     }
 }
 
@@ -117,6 +129,12 @@ impl Tone {
         // A fundamental that is not seen itself has the amplitude 0.
         let there = self.snr > 0.0 && self.amplitude >= 0.0 && self.amplitude < f32::INFINITY;
         self.verdict.admits(self.sigma) && (there || matches!(self.verdict.usable(), Usable::No))
+    }
+
+    /// The decimals of a hertz that show two digits of sigma.
+    fn digits(&self) -> usize {
+        // Casts saturate.
+        (1.0 - libm::floor(libm::log10(self.sigma_hertz()))).clamp(0.0, 9.0) as usize
     }
 
     /// The signal-to-noise ratio in decibels.
