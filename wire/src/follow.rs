@@ -24,9 +24,9 @@ use heapless::Vec;
 use picket_dsp::acquire::sample::{Record, Segment, Stamp};
 use picket_dsp::solve::chirp::Target;
 use picket_dsp::solve::track::{State, Track};
-use picket_dsp::tone::{Tone, Verdict};
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::lines::MOST;
+use picket_dsp::tone::{Tone, Verdict};
 use picket_dsp::tracker::Tracker;
 
 /// The layout's version.
