@@ -76,7 +76,9 @@ fn each<R: Kind, const N: usize>(
 struct Row {
     off: f64,
     good_off: f64,
+    /// Of all answers: those that may not be used, and those of them that are within five bounds of the tone.
     refused: f64,
+    refused_right: f64,
     weak: f64,
     rms: f64,
     square: f64,
@@ -99,7 +101,8 @@ impl Row {
         Self {
             off: share(&|said| said.usable && lies(said)),
             good_off: share(&|said| said.good && lies(said)),
-            refused: share(&|said| !said.usable && said.error.abs() < 5.0 * said.bound),
+            refused: share(&|said| !said.usable),
+            refused_right: share(&|said| !said.usable && said.error.abs() < 5.0 * said.bound),
             weak: share(&|said| said.weak),
             rms: mean(&|said| (said.error / said.bound).powi(2)).sqrt(),
             square: mean(&|said| (said.error / said.sigma).powi(2).min(1e6)),
@@ -124,9 +127,9 @@ fn cells<R: Kind, const N: usize>(
         .map(|(number, scene)| {
             let seed = 39_000 + number as u64 + (snr_db * 1000.0) as u64 + N as u64 * 7 + u64::from(R::IQ);
             let rows = each::<R, N>(&plans, scene, seed, count, snr_db).map(|said| Row::of(&said));
-            for (effort, Row { off, good_off, refused, weak, rms, square, sigma }) in EFFORTS.iter().zip(&rows) {
+            for (effort, Row { off, good_off, refused, refused_right, weak, rms, square, sigma }) in EFFORTS.iter().zip(&rows) {
                 println!(
-                    "{kind:4} {N:4} {snr_db:3} dB {:38} {:4}  off {off:5.1}  good off {good_off:5.1}  refused {refused:5.1}  weak {weak:5.1}  rms {rms:7.2}  z2 {square:8.2}  sigma {sigma:7.2}",
+                    "{kind:4} {N:4} {snr_db:3} dB {:38} {:4}  off {off:5.1}  good off {good_off:5.1}  refused {refused:5.1}, right {refused_right:5.1}  weak {weak:5.1}  rms {rms:7.2}  z2 {square:8.2}  sigma {sigma:7.2}",
                     format!("{scene:?}"), effort.name()
                 );
             }
@@ -135,8 +138,8 @@ fn cells<R: Kind, const N: usize>(
         .collect()
 }
 
-/// A group's figures as `docs/effort.md` has them, at each effort: the means over its cells of the shares that are refused though right and that
-/// are usable and off, and the median of sigma.
+/// A group's figures as `docs/effort.md` has them, at each effort: the means over its cells of the shares that are refused, that are refused
+/// though right, and that are usable and off, and the median of sigma.
 fn figures(rows: &[[Row; 3]]) -> Vec<f64> {
     let each = |of: fn(&Row) -> f64| {
         [0, 1, 2].map(|which| rows.iter().map(|rows| of(&rows[which])).collect::<Vec<f64>>())
@@ -146,7 +149,8 @@ fn figures(rows: &[[Row; 3]]) -> Vec<f64> {
         values.sort_by(f64::total_cmp);
         values[values.len() / 2]
     });
-    [means(|row| row.refused), means(|row| row.off), sigma].concat()
+    let refused = [means(|row| row.refused), means(|row| row.refused_right)].concat();
+    [refused, means(|row| row.off).to_vec(), sigma.to_vec()].concat()
 }
 
 /// Blocks a cell of the short form.
@@ -243,8 +247,8 @@ fn keep(group: &str, rows: &[[Row; 3]], blocks: u64) {
     let mean = |effort: usize, of: fn(&Row) -> f64| {
         rows.iter().map(|rows| of(&rows[effort])).sum::<f64>() / rows.len() as f64
     };
-    let [look, one, full] =
-        [0, 1, 2].map(|effort| (mean(effort, |row| row.off), mean(effort, |row| row.refused)));
+    let [look, one, full] = [0, 1, 2]
+        .map(|effort| (mean(effort, |row| row.off), mean(effort, |row| row.refused_right)));
     println!(
         "{group}: {records} records, usable and off, refused and right, %: {look:?} {one:?} {full:?}"
     );

@@ -201,10 +201,10 @@ const GROUPS: [&str; 23] = [
 
 fn claims(_: &Table) -> Lines {
     let mut lines = head(
-        "| beside the tone | refused, right %: look | one | full | usable, off %: look | one | full | sigma: look | one | full |",
+        "| beside the tone | refused %: look | one | full | refused, right %: look | one | full | usable, off %: look | one | full | sigma: look | one | full |",
     );
     for group in GROUPS {
-        let figures: [f64; 9] = measured(&format!("effort, {group}"))?;
+        let figures: [f64; 12] = measured(&format!("effort, {group}"))?;
         let figures = figures.map(|figure| format!("{figure:.2}"));
         lines.push(row([group.to_owned()].into_iter().chain(figures)));
     }
