@@ -309,9 +309,7 @@ where
 
     /// Reports a burst.
     fn report_burst(&mut self, port: &mut P, burst: &Burst, health: Health) {
-        let (tone, result) = (burst.burst.tone, burst.result);
-        let mut measurement = Measurement { tone, result, ..Measurement::default() };
-        port.widen(&mut measurement);
+        let measurement = widened(port, burst.burst.tone, burst.result);
         let inner = burst::Burst { tone: measurement.tone, ..burst.burst };
         let burst = Burst { burst: inner, result: measurement.result, health, ..*burst };
         if port.has_room(RECORD) {
@@ -365,8 +363,7 @@ where
         if let Some(mut follow) = self.measurer.followed::<N>(&stamp, |tone| widen(port, tone)) {
             for (_, target) in &mut follow.targets {
                 let result = Outcome::Target(*target);
-                let mut measurement = Measurement { result, ..Measurement::default() };
-                port.widen(&mut measurement);
+                let mut measurement = widened(port, Tone::default(), result);
                 self.plan.settings.calibration.apply(&mut measurement);
                 if let Outcome::Target(widened) = measurement.result {
                     *target = widened;
@@ -519,9 +516,18 @@ fn piece(samples: &[i16], from: usize, bytes: &mut Vec<u8, { Raw::PIECE }>) {
     }
 }
 
-/// Adds the board's part to a tone's sigma, as to that of a block's own tone.
-fn widen<P: Port<N, SLOT>, const N: usize, const SLOT: usize>(port: &P, tone: &mut Tone) {
-    let mut measurement = Measurement { tone: *tone, ..Measurement::default() };
+/// A tone, and what follows from it, with the board's part in their sigmas.
+fn widened<P: Port<N, SLOT>, const N: usize, const SLOT: usize>(
+    port: &P,
+    tone: Tone,
+    result: Outcome,
+) -> Measurement {
+    let mut measurement = Measurement { tone, result, ..Measurement::default() };
     port.widen(&mut measurement);
-    *tone = measurement.tone;
+    measurement
+}
+
+/// Adds the board's part to a tone's sigma.
+fn widen<P: Port<N, SLOT>, const N: usize, const SLOT: usize>(port: &P, tone: &mut Tone) {
+    *tone = widened(port, *tone, Outcome::None).tone;
 }
