@@ -42,6 +42,93 @@ pub struct Spectrum<R: Record, const N: usize, E: Engine = I32> {
     exponent: i32,
 }
 
+/// The samples of a record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Size {
+    /// The number of samples.
+    pub n: usize,
+    /// Whether the samples are I/Q pairs.
+    pub iq: bool,
+}
+
+impl Size {
+    /// Bins from one to another, round the circle for I/Q.
+    pub(crate) const fn apart(self, a: i32, b: i32) -> i32 {
+        let (apart, n) = (a.wrapping_sub(b), self.n as i32);
+        if !self.iq {
+            return apart.wrapping_abs();
+        }
+        let apart = match apart.checked_rem_euclid(n) {
+            Some(apart) => apart,
+            None => 0,
+        };
+        if apart < n - apart { apart } else { n - apart }
+    }
+}
+
+/// The bins of a spectrum of any kind, length and engine. What reads bins here is compiled once for all of them.
+pub trait Source {
+    /// The record's samples.
+    fn size(&self) -> Size;
+
+    /// [`Spectrum::exponent`].
+    fn exponent(&self) -> i32;
+
+    /// The error in bins that the engine adds to a frequency, see [`Engine::error`].
+    fn error(&self) -> f32;
+
+    /// The noise power of a bin by the engine's rounding, see [`Engine::ROUNDING`].
+    fn rounding(&self) -> f32;
+
+    /// [`Spectrum::bin`].
+    fn bin(&self, k: i32) -> Complex<i32>;
+
+    /// The bins from `first` on, one for each of `places`.
+    fn fill<'a>(&self, first: i32, places: &'a mut [MaybeUninit<Point>]) -> &'a [Point];
+
+    /// The bins from `first` on without the offset of an I/Q converter: bin 0 is the mean of its neighbours where it stands out of them. A
+    /// tone's leakage is smooth enough, and the mean's second difference is 0.
+    fn fill_beside_offset<'a>(
+        &self,
+        first: i32,
+        places: &'a mut [MaybeUninit<Point>],
+    ) -> &'a [Point];
+}
+
+impl<R: Record, const N: usize, E: Engine> Source for Spectrum<R, N, E> {
+    fn size(&self) -> Size {
+        Size { n: N, iq: R::IQ }
+    }
+
+    fn exponent(&self) -> i32 {
+        self.exponent
+    }
+
+    fn error(&self) -> f32 {
+        E::error(N, R::IQ)
+    }
+
+    fn rounding(&self) -> f32 {
+        E::ROUNDING
+    }
+
+    fn bin(&self, k: i32) -> Complex<i32> {
+        Spectrum::bin(self, k)
+    }
+
+    fn fill<'a>(&self, first: i32, places: &'a mut [MaybeUninit<Point>]) -> &'a [Point] {
+        Spectrum::fill(self, first, places)
+    }
+
+    fn fill_beside_offset<'a>(
+        &self,
+        first: i32,
+        places: &'a mut [MaybeUninit<Point>],
+    ) -> &'a [Point] {
+        Spectrum::fill_beside_offset(self, first, places)
+    }
+}
+
 /// The alignment lets kernels read and write whole words.
 #[derive(Clone)]
 #[repr(align(4))]
@@ -67,11 +154,6 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
     pub const fn new() -> Self {
         const { assert!(fft::twiddle::supported(N), "N must be 64, 128, ... 4096") };
         Self { cells: Aligned(R::Cells::<E::Part, N>::ZERO), exponent: 0 }
-    }
-
-    /// The error in bins that the engine adds to a frequency: [`Engine::error`].
-    pub(crate) fn error(&self) -> f32 {
-        E::error(N, R::IQ)
     }
 
     /// Transforms `samples` by the engine. Cost: `host-tests/budget.json` has the instructions.
@@ -225,9 +307,8 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
         .unwrap_or_default()
     }
 
-    /// The bins from `first` on without the offset of an I/Q converter: bin 0 is the mean of its neighbours where it stands out of them. A
-    /// tone's leakage is smooth enough, and the mean's second difference is 0.
-    pub(crate) fn fill_beside_offset<'a>(
+    /// [`Source::fill_beside_offset`].
+    fn fill_beside_offset<'a>(
         &self,
         first: i32,
         places: &'a mut [MaybeUninit<Point>],

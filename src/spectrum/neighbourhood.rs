@@ -1,11 +1,9 @@
 //! The bins around a peak, read once. Fit, noise and verdict are plain functions of a [`Neighbourhood`], and need not know the spectrum's
 //! type.
 
-use super::Spectrum;
 use super::bins::REACH;
-use super::engine::Engine;
 use super::fft::integer::Point;
-use crate::acquire::sample::Record;
+use super::{Size, Source};
 use crate::math::scalar::Scalar as _;
 use core::mem::MaybeUninit;
 use num_complex::Complex;
@@ -62,9 +60,9 @@ pub struct Neighbourhood<'a> {
     pub peak: i32,
     /// The exponent: a stored value times `2^exponent` is in codes.
     pub exponent: i32,
-    /// The error in bins that the engine adds to a frequency, see [`Engine::error`].
+    /// The error in bins that the engine adds to a frequency, see [`Engine::error`](super::engine::Engine::error).
     pub engine_error: f32,
-    /// The noise power of a bin by the engine's rounding, in squared stored units, see [`Engine::ROUNDING`].
+    /// The noise power of a bin by the engine's rounding, in squared stored units, see [`Engine::ROUNDING`](super::engine::Engine::ROUNDING).
     pub rounding: f32,
     /// The three bins around minus the peak, where an I/Q front end makes an image.
     pub image: [Point; 3],
@@ -76,34 +74,30 @@ pub struct Neighbourhood<'a> {
 
 impl<'a> Neighbourhood<'a> {
     /// Reads the bins around the peak; an I/Q record's without its offset. Cost: 77 bins, and three more for I/Q.
-    pub fn read<R: Record, const N: usize, E: Engine>(
-        spectrum: &Spectrum<R, N, E>,
-        peak: i32,
-        places: &'a mut Places,
-    ) -> Self {
-        let groups = groups(N, R::IQ, peak);
-        let (first, count) = if has_ring(N, R::IQ) {
+    pub fn read<S: Source + ?Sized>(source: &S, peak: i32, places: &'a mut Places) -> Self {
+        let Size { n, iq } = source.size();
+        let groups = groups(n, iq, peak);
+        let (first, count) = if has_ring(n, iq) {
             (peak.wrapping_sub(below(groups)), RING)
         } else {
             let (reach, width) = (REACH as i32, SHORT as i32 - 1);
             (1.max(peak.wrapping_add(reach - width)).min(peak.wrapping_sub(reach)), SHORT)
         };
-        let bins =
-            spectrum.fill_beside_offset(first, places.0.get_mut(..count).unwrap_or_default());
+        let bins = source.fill_beside_offset(first, places.0.get_mut(..count).unwrap_or_default());
         let image = [-1, 0, 1].map(|i: i32| {
-            if !R::IQ {
+            if !iq {
                 return [0; 2];
             }
-            let Complex { re, im } = spectrum.bin(i.wrapping_sub(peak));
+            let Complex { re, im } = source.bin(i.wrapping_sub(peak));
             [re, im]
         });
         Self {
-            n: N,
-            iq: R::IQ,
+            n,
+            iq,
             peak,
-            exponent: spectrum.exponent(),
-            engine_error: spectrum.error(),
-            rounding: E::ROUNDING,
+            exponent: source.exponent(),
+            engine_error: source.error(),
+            rounding: source.rounding(),
             image,
             groups,
             first,

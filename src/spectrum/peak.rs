@@ -6,10 +6,10 @@
 //! [`Search`] defines the search. [`find`] finds the same bin in a spectrum, in fewer operations. How it does so is in `scan`, `pairs` and
 //! each engine's `search`: skip them unless you change them.
 
-use super::Spectrum;
 use super::engine::Engine;
 use super::fft::integer::Point;
 use super::scan::{Scan, Skirt};
+use super::{Size, Spectrum};
 use crate::acquire::sample::Record;
 use crate::math::products::power;
 use crate::tone::frequency::Frequency;
@@ -256,12 +256,7 @@ fn named<R: Record, const N: usize>(band: Band, k: i32) -> Option<i32> {
 
 /// Bins from one to another, round the circle for I/Q.
 pub(crate) fn apart<R: Record, const N: usize>(a: i32, b: i32) -> i32 {
-    let (apart, n) = (a.wrapping_sub(b), N as i32);
-    if !R::IQ {
-        return apart.abs();
-    }
-    let apart = apart.checked_rem_euclid(n).unwrap_or(0);
-    apart.min(n - apart)
+    Size { n: N, iq: R::IQ }.apart(a, b)
 }
 
 /// [`find`] by its definition in portable code. Tests compare kernels with it.

@@ -12,6 +12,7 @@ use super::noise::ring::LocalNoise;
 use super::observer::{Observer, Statistic, Test};
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
+use crate::spectrum::Size;
 use crate::spectrum::bins::REACH;
 use crate::spectrum::neighbourhood::Neighbourhood;
 use num_complex::Complex;
@@ -26,7 +27,7 @@ pub(super) fn louder_half<R: Record, const N: usize>(near: &Neighbourhood, fit: 
     for (bin, &[re, im]) in bins.iter_mut().zip(near.within(REACH)) {
         *bin = Complex::new(re as f32 * unit, im as f32 * unit);
     }
-    take_around::<R, N>(&Model::new(fit, peak, N as i32), peak, &mut bins);
+    take_around(Size { n: N, iq: R::IQ }, &Model::new(fit, peak, N as i32), peak, &mut bins);
     louder(&bins, R::IQ, N, peak)
 }
 

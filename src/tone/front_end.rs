@@ -21,7 +21,7 @@
 
 use super::observer::{Observer, Statistic, Test};
 use crate::acquire::codes::Codes;
-use crate::acquire::sample::{Iq, Real, Record};
+use crate::acquire::sample::Record;
 use crate::math::products;
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::Spectrum;
@@ -275,9 +275,9 @@ impl Sight<'_> {
     fn is_full(&self, share: f32) -> bool {
         let range = self.range();
         let squared = if self.iq {
-            self.fit.amplitude_squared::<Iq>(self.n)
+            self.fit.amplitude_squared(true, self.n)
         } else {
-            self.fit.amplitude_squared::<Real>(self.n)
+            self.fit.amplitude_squared(false, self.n)
         };
         let power = 0.5 * squared * (1.0 + share);
         power > COUNTED * most(share)[1] * (range * range)
@@ -311,8 +311,8 @@ impl Sight<'_> {
         let (mut expected, mut both, mut there) = (0.0, 0.0, 0.0);
         for i in -1..=1 {
             let k = place.wrapping_sub(i);
-            let other = (self.bin)(k) - model.bin::<Real>(k);
-            let own = model.bin::<Real>(self.peak.wrapping_add(i));
+            let other = (self.bin)(k) - model.bin(false, k);
+            let own = model.bin(false, self.peak.wrapping_add(i));
             expected += own.norm_sqr();
             both += other.re * own.im + other.im * own.re;
             there += other.norm_sqr();

@@ -16,10 +16,9 @@ use super::judge::LineClass;
 use super::lines::every_line;
 use super::measure::Options;
 use super::phasor::ToneWithPhase;
-use crate::acquire::sample::{Record, Stamp};
+use crate::acquire::sample::Stamp;
 use crate::math::scalar::Scalar as _;
-use crate::spectrum::Spectrum;
-use crate::spectrum::engine::Engine;
+use crate::spectrum::Source;
 use crate::spectrum::peak::Band;
 use crate::tone::{Reasons, Tone};
 use fixed::types::I0F32;
@@ -58,8 +57,8 @@ const CONTRADICTS: f32 = 5.0;
 ///
 /// One line alone does not determine its order. It is taken for the lowest order that the band admits; if the band admits another, the
 /// verdict is [`Unresolved`](super::verdict::Verdict::Unresolved).
-pub fn harmonic<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
+pub fn harmonic(
+    source: &dyn Source,
     tone: &Tone,
     band: Band,
     clipped: u32,
@@ -67,16 +66,17 @@ pub fn harmonic<R: Record, const N: usize>(
     options: &Options,
     order: u32,
 ) -> Option<Harmonic> {
-    let lines = every_line(spectrum, tone, clipped, stamp, options);
+    let lines = every_line(source, tone, clipped, stamp, options);
+    let n = source.size().n;
     let order = order.clamp(1, HIGHEST) as i32;
     let mut best: Option<Series> = None;
     let mut rivals = 0;
     for seed in &lines {
         for h in 1..=order {
-            if !holds(band, N, &seed.tone, h) {
+            if !holds(band, n, &seed.tone, h) {
                 continue;
             }
-            let series = Series::from_seed(&lines, &seed.tone, h, order, N);
+            let series = Series::from_seed(&lines, &seed.tone, h, order, n);
             rivals += 1;
             if best.as_ref().is_none_or(|best| series.explains_more(best)) {
                 best = Some(series);
@@ -84,7 +84,7 @@ pub fn harmonic<R: Record, const N: usize>(
         }
     }
     let best = best?;
-    let mut harmonic = best.harmonic(&lines, N)?;
+    let mut harmonic = best.harmonic(&lines, n)?;
     let alone = best.count == 1 && rivals > lines.len();
     if alone || best.count == 1 && lines.len() > 1 && rivals > 1 {
         let said = harmonic.tone.said();

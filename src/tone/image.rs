@@ -5,7 +5,6 @@ use super::detection::{Relaxation, Threshold};
 use super::measure::residual;
 use super::noise::Noise;
 use super::observer::{Observer, Statistic, Test};
-use crate::acquire::sample::Iq;
 use crate::math::products;
 use crate::spectrum::neighbourhood::{Neighbourhood, has_ring};
 use crate::tone::fit::{Fit, Model};
@@ -34,7 +33,7 @@ pub(super) fn mirrored(
     least.is_exceeded(n, fit, noise, observer, |k| {
         let at = usize::try_from(k.wrapping_add(peak).wrapping_add(1)).unwrap_or(usize::MAX);
         let [re, im] = near.image.get(at).copied().unwrap_or_default();
-        (Complex::new(re as f32, im as f32) * unit - model.bin::<Iq>(k)).norm_sqr()
+        (Complex::new(re as f32, im as f32) * unit - model.bin(true, k)).norm_sqr()
     })
 }
 

@@ -106,7 +106,7 @@ impl Lock {
         Some(Tone {
             frequency: Frequency::from_bins(self.oscillator.centre(), found.offset, n)?,
             sigma: sigma / length,
-            snr: ratio::<f32, R>(n, found.amplitude_squared, self.noise),
+            snr: ratio(R::IQ, n, found.amplitude_squared, self.noise),
             amplitude: found.amplitude_squared.root(),
             ..Tone::ZERO
         })

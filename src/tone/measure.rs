@@ -42,10 +42,10 @@ use crate::carrier::Width;
 use crate::math::scalar::Scalar;
 use crate::methods::registry::Method;
 use crate::plan::Terms;
-use crate::spectrum::Spectrum;
 use crate::spectrum::engine::{Engine, RESIDUE};
 use crate::spectrum::neighbourhood::{Neighbourhood, Places};
 use crate::spectrum::peak::{self, Peak};
+use crate::spectrum::{Size, Source, Spectrum};
 
 /// The parameters of a tone's measurement beside the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -232,22 +232,19 @@ pub(crate) fn weigh<R: Record, const N: usize>(
         edge_bins: f32::INFINITY,
         sigma: 0.0,
     };
-    tone::<R, N>(peak.bin, fit, reported_noise, [sigma, unseen], evidence).unwrap_or(NO_TONE)
+    tone(Size { n: N, iq: R::IQ }, peak.bin, fit, reported_noise, [sigma, unseen], evidence)
+        .unwrap_or(NO_TONE)
 }
 
 /// The rise of the frequency of the tone at bin `peak` within the record; `None` if least squares finds no tone.
 ///
 /// Cost: that of [`measure`] once more.
-pub fn rise<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
-    peak: i32,
-    options: &Options,
-) -> Option<FrequencyDrift> {
+pub fn rise(source: &dyn Source, peak: i32, options: &Options) -> Option<FrequencyDrift> {
     let mut places = Places::new();
-    let near = Neighbourhood::read(spectrum, peak, &mut places);
-    let fit = fit::fit_near::<R, N>(&near, Arithmetic::Float, options.reach, FitStart::Usual)?;
-    let beside = ring::beside::<R, N>(&near, &fit, Arithmetic::Float);
-    Some(FrequencyDrift::from_fit(&fit, N, beside.noise.power))
+    let near = Neighbourhood::read(source, peak, &mut places);
+    let fit = fit::fit_in_floats(&near, options.reach, FitStart::Usual)?;
+    let beside = ring::beside_in_floats(&near, &fit);
+    Some(FrequencyDrift::from_fit(&fit, near.n, beside.noise.power))
 }
 
 /// The line's class, and the factor by which its variance exceeds the variance that the noise causes.
@@ -292,25 +289,27 @@ fn unseen(engine: f32, width: &Width, sigma: f32, fit: &Fit<f32>, n: usize, nois
 
 /// The tone of a fit, good so far, with the evidence that follows from the fit; `None` if the offset is not a number. `noise` is the noise
 /// power per sample, `sigma` the deviation in bins of the noise alone, `unseen` the variance in squared bins that does not show as noise.
-pub(super) fn tone<R: Record, const N: usize>(
+#[inline(always)] // where the size is known at compile time, nothing is divided
+pub(super) fn tone(
+    Size { n, iq }: Size,
     peak: i32,
     fit: &Fit<f32>,
     noise: f32,
     [sigma, unseen]: [f32; 2],
     evidence: Evidence,
 ) -> Option<(Tone, Evidence)> {
-    let power = fit.amplitude_squared::<R>(N);
-    let snr = ratio::<f32, R>(N, power, noise);
+    let power = fit.amplitude_squared(iq, n);
+    let snr = ratio(iq, n, power, noise);
     let evidence = Evidence {
         // A line whose power is no more than the noise within it cannot be distinguished from noise.
         detected: evidence.detected && snr > 0.0,
-        edge_bins: edge_bins_at(R::IQ, N, peak, fit.offset),
-        sigma: sigma / N as f32,
+        edge_bins: edge_bins_at(iq, n, peak, fit.offset),
+        sigma: sigma / n as f32,
         ..evidence
     };
     let tone = Tone {
-        frequency: Frequency::from_fixed(peak, fit.offset_in_fixed_point()?, N),
-        sigma: with_rounding(sigma, unseen, N) / N as f32,
+        frequency: Frequency::from_fixed(peak, fit.offset_in_fixed_point()?, n),
+        sigma: with_rounding(sigma, unseen, n) / n as f32,
         snr,
         amplitude: power.root(),
         ..Tone::ZERO

@@ -1,6 +1,5 @@
 //! A tone and its phase.
 
-use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar as _;
 use crate::tone::Tone;
 use crate::tone::fit::{Fit, Reach};
@@ -24,7 +23,8 @@ pub struct ToneWithPhase {
 /// The phase of a fit at bin `peak` and its standard deviation, for a noise power per sample of
 /// `noise` squared codes: `sqrt(N noise / (2 |line|^2))`, which is the Cramer-Rao bound. A fit that
 /// reads `reach` bins on each side loses `2 sin^2(pi d) / (pi^2 (reach + 1/2))` of a line's power.
-pub(super) fn phase<R: Record>(
+pub(super) fn phase(
+    iq: bool,
     fit: &Fit<f32>,
     peak: i32,
     n: usize,
@@ -33,7 +33,7 @@ pub(super) fn phase<R: Record>(
 ) -> [f32; 2] {
     let d = fit.offset;
     // A line is turned by pi d, an I/Q line by (1 - 1/N) pi d. The middle is pi (peak + d) on.
-    let rest = if R::IQ { d * PI / n.max(1) as f32 } else { 0.0 };
+    let rest = if iq { d * PI / n.max(1) as f32 } else { 0.0 };
     let half = if peak & 1 == 0 { 0.0 } else { PI };
     let phase = f32::angle(fit.line) + rest + half;
     let phase = if phase > PI { phase - 2.0 * PI } else { phase };

@@ -24,14 +24,14 @@ pub(crate) use model::Model;
 pub use rest::Rest;
 
 use crate::acquire::sample::{Iq, Real, Record};
+use crate::list::first;
 use crate::math::scalar::Scalar;
 use crate::math::series::circle;
-use crate::spectrum::Spectrum;
 use crate::spectrum::bins::{Bins, REACH, Rectangular};
-use crate::spectrum::engine::Engine;
 use crate::spectrum::fft::integer::Point;
 use crate::spectrum::fft::twiddle::sin_cos;
 use crate::spectrum::neighbourhood::Neighbourhood;
+use crate::spectrum::{Size, Source};
 use crate::tone::arithmetic::Arithmetic;
 use num_complex::Complex;
 
@@ -183,8 +183,9 @@ impl<T: Scalar> Fit<T> {
     }
 
     /// The square of the amplitude in ADC codes.
-    pub fn amplitude_squared<R: Record>(&self, n: usize) -> T {
-        let gain = gain::<T>(R::IQ, n);
+    #[inline(always)] // where the size is known at compile time, nothing is divided
+    pub fn amplitude_squared(&self, iq: bool, n: usize) -> T {
+        let gain = gain::<T>(iq, n);
         self.line.norm_sqr() * (gain * gain)
     }
 }
@@ -206,6 +207,7 @@ impl Fit<f32> {
     }
 }
 
+#[inline(always)]
 fn gain<T: Scalar>(iq: bool, n: usize) -> T {
     T::new(if iq { 1.0 } else { 2.0 }) / T::from_i32(n.max(1) as i32)
 }
@@ -291,6 +293,20 @@ fn real_points(
     Some(real::fit(n, peak, centre, beside, course)?.scaled(f32::two_to(exponent)))
 }
 
+/// [`fit_near`] in floats, for a record of any kind and length.
+pub(crate) fn fit_in_floats(
+    near: &Neighbourhood,
+    reach: Reach,
+    course: FitStart<f32>,
+) -> Option<Fit<f32>> {
+    let &Neighbourhood { n, iq, peak, .. } = near;
+    let unit = near.unit();
+    let bins = near.within(reach.bins()).iter();
+    let bins = bins.map(|&[re, im]| Complex::new(re as f32 * unit, im as f32 * unit));
+    let bins: heapless::Vec<_, { 2 * REACH + 1 }> = first(bins);
+    fit_around(Size { n, iq }, &bins, peak, course)
+}
+
 /// The middle one of a fit's bins, and the bins beside it.
 #[inline(always)]
 fn bins<'a>(
@@ -311,7 +327,7 @@ fn bins<'a>(
 ///
 /// Cost: three times that of a fit.
 pub(crate) fn fit_beside_slow<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
+    source: &dyn Source,
     near: &Neighbourhood,
     arithmetic: Arithmetic,
     reach: Reach,
@@ -325,8 +341,8 @@ pub(crate) fn fit_beside_slow<R: Record, const N: usize>(
     let model = Model::new(fit, peak, N as i32);
     let unit = f32::two_to(exponent);
     let slow = [1, 2].map(|k| {
-        let Complex { re, im } = spectrum.bin(k);
-        (Complex::new(re as f32, im as f32) * unit - model.bin::<R>(k)).norm_sqr()
+        let Complex { re, im } = source.bin(k);
+        (Complex::new(re as f32, im as f32) * unit - model.bin(false, k)).norm_sqr()
     });
     if !slow::may_explain(slow, fit.residual - super::measure::expected(fit, N) * noise) {
         return None;
@@ -372,6 +388,19 @@ impl<T: Scalar> Distance<T> {
 }
 
 /// The constants of every distance up to the reach.
+/// [`singles`] of a supported number of samples.
+fn singles_of(n: usize) -> &'static [Distance<f32>; REACH + 1] {
+    match n {
+        64 => const { &singles::<64>() },
+        128 => const { &singles::<128>() },
+        256 => const { &singles::<256>() },
+        512 => const { &singles::<512>() },
+        1024 => const { &singles::<1024>() },
+        2048 => const { &singles::<2048>() },
+        _ => const { &singles::<4096>() },
+    }
+}
+
 const fn singles<const N: usize>() -> [Distance<f32>; REACH + 1] {
     let mut table = [NO_DISTANCE; REACH + 1];
     let mut i = 1;
@@ -392,33 +421,34 @@ const fn singles<const N: usize>() -> [Distance<f32>; REACH + 1] {
 /// [`fit`] to an odd number of bins around `peak` of a record of N samples, at most `2 REACH + 1`. What
 /// depends on N alone is computed at compile time.
 #[inline(never)]
-pub(crate) fn fit_around<R: Record, const N: usize>(
+pub(crate) fn fit_around(
+    Size { n, iq }: Size,
     bins: &[Complex<f32>],
     peak: i32,
     course: FitStart<f32>,
 ) -> Option<Fit<f32>> {
     let reach = bins.len() / 2;
-    if R::IQ {
-        return iq::fit(&Bins::<f32, R, _>::from_middle(N, peak, bins), reach, course);
+    if iq {
+        return iq::fit(&Bins::<f32, Iq, _>::from_middle(n, peak, bins), reach, course);
     }
     let (below, rest) = bins.split_at_checked(reach)?;
     let (&centre, above) = rest.split_first()?;
-    let table = const { &singles::<N>() };
-    let beside = table.get(1..)?.iter().zip(above).zip(below.iter().rev());
+    let beside = singles_of(n).get(1..)?.iter().zip(above).zip(below.iter().rev());
     let beside = beside.map(|((&distance, &high), &low)| ([low, high], distance));
-    real::fit(N as i32, peak, centre, beside, course)
+    real::fit(n as i32, peak, centre, beside, course)
 }
 
 /// Takes a tone's model from an odd number of bins around `peak` of a record of N samples.
-pub(crate) fn take_around<R: Record, const N: usize>(
+pub(crate) fn take_around(
+    Size { n, iq }: Size,
     model: &Model<f32>,
     peak: i32,
     bins: &mut [Complex<f32>],
 ) {
-    if R::IQ {
+    if iq {
         model.take_from(peak.wrapping_sub((bins.len() / 2) as i32), bins);
     } else {
-        model.take_around(peak, const { &singles::<N>() }, bins);
+        model.take_around(peak, singles_of(n), bins);
     }
 }
 

@@ -1,7 +1,6 @@
 //! A fitted tone's value in any bin, so that the tone can be subtracted.
 
 use super::{Distance, Fit};
-use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
 use crate::math::series::{circle, cosine, sinc};
 use crate::spectrum::bins::REACH;
@@ -31,14 +30,14 @@ impl<T: Scalar> Model<T> {
 
     /// The tone's value in bin `k`: with `s(x) = sin(pi x / n)` and the offset d, `c s(d) / s(d - i) exp(j pi i / n)` for I/Q, and for real
     /// records `e p (a S - 2 b s(k+km) s(k-km) + j b sin(e k)) / (2 s(f+k) s(f-k))`, see [`super::real`].
-    pub(crate) fn bin<R: Record>(&self, k: i32) -> Complex<T> {
+    pub(crate) fn bin(&self, iq: bool, k: i32) -> Complex<T> {
         let (n, i) = (self.n, k.wrapping_sub(self.peak));
         if i.checked_rem(n).unwrap_or(0) == 0 {
             return self.value;
         }
         let apart = circle::<T>(i, 2 * n);
         let minus = self.turn.im * apart.re - self.turn.re * apart.im;
-        if R::IQ {
+        if iq {
             return self.value * apart * (self.turn.im / minus);
         }
         let across = circle::<T>(k.wrapping_add(self.peak), 2 * n);

@@ -4,11 +4,9 @@
 //! whenever the fits of its neighbours have moved their leakage by more than the noise allows.
 
 use super::rest::Found;
-use super::{Hunt, Mark, ROOM, apart};
-use crate::acquire::sample::Record;
+use super::{Hunt, Mark, ROOM};
 use crate::list::first as first_of;
 use crate::spectrum::bins::REACH;
-use crate::spectrum::engine::Engine;
 use crate::tone::fit::{Fit, FitStart, Model, Reach, fit_around, take_around};
 use core::mem::MaybeUninit;
 use heapless::Vec;
@@ -32,7 +30,7 @@ const WITHIN: i32 = 6;
 /// Room for the bins of a fit.
 pub(super) type Window = Vec<Complex<f32>, { 2 * REACH + 1 }>;
 
-impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
+impl Hunt<'_> {
     /// The bins within `reach` of a peak, less the models of all tones but one. Beyond an end of a real
     /// spectrum they are mirrored.
     pub(super) fn bins<'w>(
@@ -42,9 +40,9 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         except: Option<usize>,
         window: &'w mut Window,
     ) -> &'w mut [Complex<f32>] {
-        let (n, reach) = (N as i32, reach.bins());
+        let (n, reach) = (self.size.n as i32, reach.bins());
         let first = peak - reach as i32;
-        if !R::IQ && (first < 1 || peak + reach as i32 >= n / 2) {
+        if !self.size.iq && (first < 1 || peak + reach as i32 >= n / 2) {
             let mirrored = self.rest.bins(peak, except);
             // There is room for every reach.
             *window = first_of((0..=2 * reach as i32).map(|i| mirrored.at(i - reach as i32)));
@@ -53,12 +51,12 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         let mut places = [MaybeUninit::uninit(); 2 * REACH + 1];
         let places = places.get_mut(..2 * reach + 1).unwrap_or_default();
         let unit = self.rest.unit;
-        for &[re, im] in self.rest.spectrum.fill(first, places) {
+        for &[re, im] in self.rest.source.fill(first, places) {
             let _ = window.push(Complex::new(re as f32 * unit, im as f32 * unit));
         }
         for (index, found) in self.rest.found.iter().enumerate() {
             if Some(index) != except {
-                take_around::<R, N>(&found.model, peak, window);
+                take_around(self.size, &found.model, peak, window);
             }
         }
         window
@@ -68,8 +66,8 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     fn fitted(&self, peak: i32, except: Option<usize>, course: FitStart<f32>) -> Option<Found> {
         let mut window = Window::new();
         let bins = self.bins(peak, Reach::Four, except, &mut window);
-        let fit = fit_around::<R, N>(bins, peak, course)?;
-        Some(Found { peak, fit, model: Model::new(&fit, peak, N as i32) })
+        let fit = fit_around(self.size, bins, peak, course)?;
+        Some(Found { peak, fit, model: Model::new(&fit, peak, self.size.n as i32) })
     }
 
     /// Adds a line in noise of this power in a bin; false if no bins can be fitted.
@@ -124,7 +122,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         for (other, ((found, mark), nearest)) in all.enumerate() {
             let square = (nearest * nearest) as f32;
             let settled = (SETTLED * square * square).min(OWN);
-            let apart = apart::<R, N>(*peak, found.peak).max(1);
+            let apart = self.size.apart(*peak, found.peak).max(1);
             // Near by, the bins of one tone are among the bins of the other.
             let power = if apart <= WITHIN { whole + leakage } else { leakage };
             let apart = apart as f32;
@@ -136,11 +134,11 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
 
     /// The distance of each tone from the one nearest to it, in bins.
     fn neighbours(&self) -> [i32; ROOM] {
-        let mut nearest = [N as i32; ROOM];
+        let mut nearest = [self.size.n as i32; ROOM];
         let found = &self.rest.found;
         for (index, (one, nearest)) in found.iter().zip(&mut nearest).enumerate() {
             for (_, other) in found.iter().enumerate().filter(|(other, _)| *other != index) {
-                *nearest = (*nearest).min(apart::<R, N>(one.peak, other.peak));
+                *nearest = (*nearest).min(self.size.apart(one.peak, other.peak));
             }
         }
         nearest

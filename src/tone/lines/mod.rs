@@ -29,12 +29,11 @@ use super::judge::FitTest;
 use super::measure::Options;
 use super::noise::ring::LocalNoise;
 use super::phasor::ToneWithPhase;
-use crate::acquire::sample::{Record, Stamp};
+use crate::acquire::sample::Stamp;
 use crate::list::{first, remove};
 use crate::math::scalar::Scalar as _;
-use crate::spectrum::Spectrum;
-use crate::spectrum::engine::Engine;
-use crate::spectrum::peak::{Band, apart};
+use crate::spectrum::peak::Band;
+use crate::spectrum::{Size, Source};
 use crate::tone::fit::FitStart;
 use crate::tone::{Reasons, Tone, Verdict};
 use floor::{Blocks, Candidate};
@@ -83,8 +82,9 @@ struct Mark {
 }
 
 /// The tones of a record while they are sought.
-struct Hunt<'a, R: Record, const N: usize, E: Engine> {
-    rest: Rest<'a, R, N, E>,
+struct Hunt<'a> {
+    size: Size,
+    rest: Rest<'a>,
     options: &'a Options,
     clipped: f32,
     /// Whether the record is of a ramp, on which a target's motion bends the phase.
@@ -104,8 +104,8 @@ struct Hunt<'a, R: Record, const N: usize, E: Engine> {
 /// this spectrum; it is among the result.
 ///
 /// Sigma of each tone comes from the joint fit.
-pub fn lines<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
+pub fn lines(
+    source: &dyn Source,
     tone: &Tone,
     band: Band,
     clipped: u32,
@@ -113,11 +113,11 @@ pub fn lines<R: Record, const N: usize>(
     options: &Options,
     most: usize,
 ) -> Vec<ToneWithPhase, MOST> {
-    let alone = || first(phase_of(spectrum, tone, options).into_iter());
+    let alone = || first(phase_of(source, tone, options).into_iter());
     if most <= 1 && tone.verdict == Verdict::Good {
         return alone();
     }
-    let mut hunt = Hunt::new(spectrum, clipped, stamp, options);
+    let mut hunt = Hunt::new(source, clipped, stamp, options);
     if !hunt.start(tone, band) {
         return Vec::new();
     }
@@ -127,9 +127,9 @@ pub fn lines<R: Record, const N: usize>(
         return alone();
     }
     let mut phasors = hunt.phasors(stamp);
-    as_measured(N, &mut phasors, tone);
+    as_measured(source.size().n, &mut phasors, tone);
     for ToneWithPhase { tone, .. } in &mut phasors {
-        let outside = tone.is_outside(band, N);
+        let outside = tone.is_outside(band, source.size().n);
         tone.conclude(&Evidence { outside, ..Evidence::new(tone.said()) });
     }
     strongest_first(&mut phasors);
@@ -171,37 +171,35 @@ fn strongest_first(phasors: &mut [ToneWithPhase]) {
 }
 
 /// Every line of a record that exceeds the noise, harmonics and images included: up to [`ROOM`].
-pub(super) fn every_line<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
+pub(super) fn every_line(
+    source: &dyn Source,
     tone: &Tone,
     clipped: u32,
     stamp: &Stamp,
     options: &Options,
 ) -> Vec<ToneWithPhase, ROOM> {
-    let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
-    let mut hunt = Hunt::new(spectrum, clipped, stamp, options);
+    let Size { n, iq } = source.size();
+    let band = if iq { Band::iq(n) } else { Band::real(n) };
+    let mut hunt = Hunt::new(source, clipped, stamp, options);
     if !hunt.start(tone, band) {
         return Vec::new();
     }
     hunt.every = true;
     hunt.seek(ROOM);
     let mut phasors = hunt.phasors(stamp);
-    as_measured(N, &mut phasors, tone);
+    as_measured(source.size().n, &mut phasors, tone);
     phasors
 }
 
-impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
+impl<'a> Hunt<'a> {
     #[inline(always)] // a large object is made in its place
-    fn new(
-        spectrum: &'a Spectrum<R, N, E>,
-        clipped: u32,
-        stamp: &Stamp,
-        options: &'a Options,
-    ) -> Self {
+    fn new(source: &'a dyn Source, clipped: u32, stamp: &Stamp, options: &'a Options) -> Self {
+        let size = source.size();
         Self {
-            rest: Rest { spectrum, unit: f32::two_to(spectrum.exponent()), found: Vec::new() },
+            size,
+            rest: Rest { source, size, unit: f32::two_to(source.exponent()), found: Vec::new() },
             options,
-            clipped: clipped as f32 / N as f32,
+            clipped: clipped as f32 / size.n as f32,
             bends: stamp.segment.bends(),
             every: false,
             marks: Vec::new(),
@@ -214,13 +212,13 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
 
     /// Begins with the tone that was measured; false if there is none.
     fn start(&mut self, tone: &Tone, band: Band) -> bool {
-        let Some((peak, offset)) = place::<R, N>(tone) else { return false };
+        let Some((peak, offset)) = place(self.size, tone) else { return false };
         if tone.verdict == Verdict::NoSignal {
             return false;
         }
-        self.blocks.start::<R, N>(band);
+        self.blocks.start(self.size, band);
         // A peak at DC is not a tone that could be fitted, but there may be others.
-        let noise = noise_power::<R, N>(tone) * N as f32;
+        let noise = noise_power(self.size, tone) * self.size.n as f32;
         let mark = Mark { own: true, due: false, noise, reach: LEAKS };
         if self.add(peak, FitStart::From(offset, 1), mark) {
             self.leak();
@@ -279,7 +277,7 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
         let newest = self.rest.found.len().wrapping_sub(1);
         for (index, (found, mark)) in self.rest.found.iter().zip(&self.marks).enumerate() {
             let reach = if index == newest { mark.reach } else { CLOSE };
-            self.blocks.touch::<R, N>(found.peak, reach);
+            self.blocks.touch(self.size, found.peak, reach);
         }
     }
 
@@ -312,19 +310,19 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
         remove(&mut self.rest.found, index);
         remove(&mut self.marks, index);
         self.hide(peak, BESIDE);
-        self.blocks.touch::<R, N>(peak, LEAKS);
+        self.blocks.touch(self.size, peak, LEAKS);
         self.settle();
     }
 
     fn hide(&mut self, bin: i32, width: i32) {
-        self.blocks.touch::<R, N>(bin, width);
+        self.blocks.touch(self.size, bin, width);
         // A full list ends the search soon.
         let _ = self.hidden.push(Hidden { bin, width });
     }
 
     fn is_hidden(&self, k: i32) -> bool {
         self.rest.nearest(k) <= BESIDE
-            || self.hidden.iter().any(|hidden| apart::<R, N>(k, hidden.bin) <= hidden.width)
-            || R::IQ && apart::<R, N>(k, 0) < DRIFT
+            || self.hidden.iter().any(|hidden| self.size.apart(k, hidden.bin) <= hidden.width)
+            || self.size.iq && self.size.apart(k, 0) < DRIFT
     }
 }

@@ -89,7 +89,8 @@ pub(super) fn further<R: Record, const N: usize>(
     // A steady tone beside a drift is steady.
     if options.effort.fits_beside_slow()
         && judgement.line != LineClass::Steady
-        && let Some(other) = fit::fit_beside_slow(spectrum, around, arithmetic, reach, fit, noise)
+        && let Some(other) =
+            fit::fit_beside_slow::<R, N>(spectrum, around, arithmetic, reach, fit, noise)
     {
         let beside_slow = judged(&other, Step::BesideDrift);
         let better = beside_slow.line < judgement.line;
@@ -137,7 +138,7 @@ pub(super) fn by_method<R: Record>(
     noise: f32,
     sigma: f32,
 ) -> f32 {
-    let snr = ratio::<f32, R>(n, fit.amplitude_squared::<R>(n), noise);
+    let snr = ratio(R::IQ, n, fit.amplitude_squared(R::IQ, n), noise);
     let theirs = method.efficiency() * bound_bins::<R>(n, snr);
     let sigma = sigma.max(theirs).max((offset - fit.offset).abs());
     fit.offset = offset;

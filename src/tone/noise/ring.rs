@@ -26,13 +26,12 @@ use super::own::{Own, Whole};
 use super::{whole, whole_fixed};
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
-use crate::spectrum::Spectrum;
 use crate::spectrum::bins::REACH;
-use crate::spectrum::engine::Engine;
 use crate::spectrum::fft::integer::Point;
 use crate::spectrum::neighbourhood::{
     GROUP, GROUPS, GUARD, LENT, Neighbourhood, groups, has_ring, room,
 };
+use crate::spectrum::{Size, Source};
 use crate::tone::arithmetic::Arithmetic;
 use crate::tone::fit::Fit;
 use crate::tone::observer::{Statistic, Test};
@@ -59,10 +58,11 @@ pub(crate) const fn rounding(iq: bool) -> f32 {
 
 /// The signal-to-noise ratio per sample of a squared amplitude over a noise power. The noise
 /// within the fitted amplitude is subtracted. Not negative.
-pub fn ratio<T: Scalar, R: Record>(n: usize, amplitude_squared: T, power: T) -> T {
+#[inline(always)] // where the size is known at compile time, nothing is divided
+pub fn ratio<T: Scalar>(iq: bool, n: usize, amplitude_squared: T, power: T) -> T {
     let ratio = amplitude_squared / power;
     let share = T::from_i32(n.max(1) as i32).recip();
-    let ratio = if R::IQ { ratio - share } else { ratio * T::new(0.5) - T::new(2.0) * share };
+    let ratio = if iq { ratio - share } else { ratio * T::new(0.5) - T::new(2.0) * share };
     ratio.max(T::zero())
 }
 
@@ -128,8 +128,24 @@ pub fn beside<R: Record, const N: usize>(
     fit: &Fit<f32>,
     arithmetic: Arithmetic,
 ) -> LocalNoise {
-    let (n, iq) = (N, R::IQ);
-    if !const { has_ring(N, R::IQ) } {
+    beside_size(Size { n: N, iq: R::IQ }, near, fit, arithmetic)
+}
+
+/// [`beside`] in floats, for a record of any kind and length.
+#[inline(never)] // so that all who fit share one
+pub(crate) fn beside_in_floats(near: &Neighbourhood, fit: &Fit<f32>) -> LocalNoise {
+    let &Neighbourhood { n, iq, .. } = near;
+    beside_size(Size { n, iq }, near, fit, Arithmetic::Float)
+}
+
+#[inline(always)]
+fn beside_size(
+    Size { n, iq }: Size,
+    near: &Neighbourhood,
+    fit: &Fit<f32>,
+    arithmetic: Arithmetic,
+) -> LocalNoise {
+    if !has_ring(n, iq) {
         let power = match arithmetic {
             Arithmetic::Float => whole::power(near, fit),
             Arithmetic::Fixed => whole_fixed::power(near, fit),
@@ -187,22 +203,23 @@ pub fn from_rest(n: usize, iq: bool, peak: i32, rest: impl Fn(i32) -> f32) -> Lo
 ///
 /// Cost: up to 50 bins read, 24 differences.
 #[inline(never)]
-pub fn loud<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
+pub fn loud(
+    source: &dyn Source,
     at: &Neighbourhood,
     fit: &Fit<f32>,
     beside: &LocalNoise,
     arithmetic: Arithmetic,
 ) -> Option<LocalNoise> {
-    if !has_ring(N, R::IQ) {
+    let &Neighbourhood { n, iq, .. } = at;
+    if !has_ring(n, iq) {
         return None;
     }
-    let own = Own::new(R::IQ, at.peak, N, fit, at.exponent);
-    let [left, right] = room(N, R::IQ, at.peak);
+    let own = Own::new(iq, at.peak, n, fit, at.exponent);
+    let [left, right] = room(n, iq, at.peak);
     let [near_left, near_right] = beside.sides;
     let side = |outward: i32, near: Side, room: usize| {
         let places = near.count..room.min(WIDE).max(near.count);
-        let all = near.and(own.read(spectrum, outward, places, arithmetic));
+        let all = near.and(own.read(source, outward, places, arithmetic));
         let (share, variance) = all.kept();
         if all.count == 0 { (0.0, 0.0) } else { (all.quiet() / share, 2.0 / variance) }
     };
@@ -402,23 +419,23 @@ impl Side {
 impl Own {
     /// Reads stretches on one side. `outward` is -1 or 1; stretch 0 is the one nearest to the
     /// tone.
-    fn read<R: Record, const N: usize>(
+    fn read(
         &self,
-        spectrum: &Spectrum<R, N, impl Engine>,
+        source: &dyn Source,
         outward: i32,
         stretches: Range<usize>,
         arithmetic: Arithmetic,
     ) -> Side {
         let mut window: Window = [MaybeUninit::uninit(); _];
-        let (bins, first) = self.window(spectrum, outward, stretches, &mut window);
+        let (bins, first) = self.window(source, outward, stretches, &mut window);
         self.side(bins, first, arithmetic)
     }
 
     /// The bins of stretches on one side, and the place of the first bin.
     #[inline(always)]
-    fn window<'w, R: Record, const N: usize>(
+    fn window<'w>(
         &self,
-        spectrum: &Spectrum<R, N, impl Engine>,
+        source: &dyn Source,
         outward: i32,
         stretches: Range<usize>,
         window: &'w mut Window,
@@ -428,7 +445,7 @@ impl Own {
         let first =
             if outward > 0 { self.peak + near } else { self.peak - near - (STEP * count) as i32 };
         let window = window.get_mut(..STEP * count + 1).unwrap_or_default();
-        (spectrum.fill_beside_offset(first, window), first)
+        (source.fill_beside_offset(first, window), first)
     }
 
     /// The stretches of the bins from `first` on.

@@ -160,7 +160,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
             let share = if R::IQ { n } else { n / 2.0 };
             let amplitude2 = peak.power[1] as f64 * unit / (share * share);
             let noise = peak.floor as f64 * unit / f64::from(peak.floor_bins) / n;
-            let snr = noise::ratio::<f64, R>(self.n, amplitude2, noise);
+            let snr = noise::ratio::<f64>(R::IQ, self.n, amplitude2, noise);
             let line = peak.power[1] as f32;
             return Seen {
                 snr,
@@ -207,7 +207,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         };
         observer.judged(&judgement, true);
         let FitTest { line, variance_inflation } = judgement;
-        let amplitude2 = fit.amplitude_squared::<R>(self.n).wide();
+        let amplitude2 = fit.amplitude_squared(R::IQ, self.n).wide();
         let free = (clipped > CLIPPED).then(|| {
             let frequency = Frequency(I0F32::wrapping_from_num(cycles));
             let tone = Complex::new(tone.re as f32, tone.im as f32);
@@ -221,7 +221,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         let near =
             if variance_inflation > 1.0 { noise * f64::from(variance_inflation) } else { near };
         let sigma = sigma_bins(&fit, self.n, T::new(near)).wide();
-        let snr = noise::ratio::<f64, R>(self.n, amplitude2, noise_here);
+        let snr = noise::ratio::<f64>(R::IQ, self.n, amplitude2, noise_here);
         let power = (fit.line.norm_sqr().wide() / unit) as f32;
         let bin = |k: i32| self.spectrum[k.rem_euclid(self.n as i32) as usize];
         let rest = |k: i32| bin(k).norm_sqr().wide() as f32;
