@@ -54,7 +54,7 @@ fn main() -> Result<(), ConfigError> {
         let measurement = pipeline.block(&stamp, &samples);
         println!("{segment:?}: {}", measurement.tone);
         if let Outcome::Target(target) = measurement.result {
-            let (range, velocity) = (target.range, target.velocity);
+            let (range, velocity) = (target.range, target.velocity.unwrap_or_default());
             println!("range {range:.7} ± {:.7} m", target.sigma_range);
             println!(
                 "velocity {velocity:.7} ± {:.7} m/s, {}",

@@ -6,8 +6,9 @@ use crate::carrier::{Carrier, Width};
 use crate::math::scalar::cosine;
 use crate::methods::registry::Method;
 use crate::plan::{Plan, Solver, Terms};
+use crate::solve::bounds::Bounds;
 use crate::solve::chirp::{Mixing, Scale};
-use crate::solve::equations::Chirp;
+use crate::solve::equations::{Chirp, Equations};
 use crate::solve::track::{Tracking, gain};
 use crate::solve::tracks::APART;
 use crate::spectrum::neighbourhood::has_ring;
@@ -82,6 +83,14 @@ pub struct Config {
     /// The band to search, `(low, high)` in Hz, both ends included; `None` for the whole spectrum.
     /// An I/Q band may be negative.
     pub band_hz: Option<(f64, f64)>,
+    /// The ranges that a chirp's target may have, `(low, high)` in metres; `None` if nothing is known of them.
+    pub range_m: Option<(f64, f64)>,
+    /// The velocities that a chirp's target may have, `(low, high)` in m/s, positive when approaching; `None` if nothing is known of them.
+    /// A bound decides where the waveform leaves several targets: without it a sawtooth's range is [`Verdict::Ambiguous`], and so is the
+    /// first chirp of a triangle with real samples.
+    ///
+    /// [`Verdict::Ambiguous`]: crate::Verdict::Ambiguous
+    pub velocity_mps: Option<(f64, f64)>,
     /// The method of estimation. Least squares has two forms, one for each kind of record; either
     /// name selects the form that fits the record.
     pub method: Method,
@@ -134,6 +143,8 @@ impl Config {
             rate_hz,
             codes,
             band_hz: None,
+            range_m: None,
+            velocity_mps: None,
             method: Method::default(),
             reach: Reach::default(),
             arithmetic: Arithmetic::default(),
@@ -159,6 +170,8 @@ pub enum ConfigError {
     /// A wavelength, a bandwidth or a duration is not finite and positive, the angle is a right
     /// angle or more, or a sweep's curvature is a quarter or more.
     Scene,
+    /// A bound of range or velocity has an end that is not finite, or its low end is above its high end.
+    Bounds,
     /// A segment is shorter than its guard and a record.
     Ramp,
     /// One cycle per sample is more than 2^31 metres or metres per second, or less than 2^-32.
@@ -188,6 +201,7 @@ impl ConfigError {
             ConfigError::Scene => {
                 "wavelength, bandwidth and duration must be positive, the angle below 90 degrees, the sweep's curvature below 1/4"
             }
+            ConfigError::Bounds => "a bound of range or velocity must be finite, low end first",
             ConfigError::Ramp => "a ramp must last at least as long as its guard and a record",
             ConfigError::Scale => {
                 "range or velocity per cycle must lie between 2^-32 and 2^31: use another rate"
@@ -331,7 +345,12 @@ impl Config {
                 let scale = Scale::new(sign * self.rate_hz * wavelength_m / (2.0 * cos));
                 Ok(Solver::Doppler(scale.ok_or(ConfigError::Scale)?))
             }
-            Scene::Chirp(ref chirp) => chirp.equations(self.rate_hz, n, iq).map(Solver::Chirp),
+            Scene::Chirp(ref chirp) => {
+                let equations = chirp.equations(self.rate_hz, n, iq)?;
+                let bounds = Bounds::new(self.range_m, self.velocity_mps);
+                let bounds = bounds.ok_or(ConfigError::Bounds)?;
+                Ok(Solver::Chirp(Equations { bounds, ..equations }))
+            }
         }
     }
 }

@@ -172,7 +172,9 @@ pub use pipeline::{
 #[doc(inline)]
 pub use plan::Plan;
 #[doc(inline)]
-pub use solve::chirp::{Ambiguity, Mixing, Shape, Target};
+pub use solve::candidates::{Ambiguity, Candidate, Candidates, Decision};
+#[doc(inline)]
+pub use solve::chirp::{Mixing, Shape, Target};
 #[doc(inline)]
 pub use solve::doppler::Velocity;
 #[doc(inline)]

@@ -53,6 +53,11 @@ pub struct Terms {
 }
 
 impl Terms {
+    /// Whether a target is found from the lines of several segments.
+    pub(crate) const fn pairs(&self) -> bool {
+        self.segments() > 1
+    }
+
     /// Blocks in a chirp; 1 if there is no chirp.
     pub const fn segments(&self) -> u32 {
         match self.solver {

@@ -10,14 +10,16 @@
 //! angle of a Doppler shift, which have none. Whether all of them together can work is the question of [`Config::plan`].
 
 use crate::acquire::sample::{Segment, Stamp};
+use crate::solve::candidates::CANDIDATES;
 use crate::solve::displacement::Displacement;
 use crate::tone::FrequencyDrift;
 use crate::tone::detection::FALSE_ALARM;
 use crate::tone::harmonic::Harmonic;
 use crate::{
-    Accumulated, Ambiguity, Arithmetic, Burst, Carrier, Chirp, Codes, Config, Effort, Following,
-    Frequency, Measurement, Method, Mixing, Outcome, Reach, Scene, Shape, Target, Tone,
-    ToneWithPhase, Trigger, Unjudged, Validation, Velocity, Verdict, Verdicts,
+    Accumulated, Ambiguity, Arithmetic, Burst, Candidate, Candidates, Carrier, Chirp, Codes,
+    Config, Decision, Effort, Following, Frequency, Measurement, Method, Mixing, Outcome, Reach,
+    Scene, Shape, Target, Tone, ToneWithPhase, Trigger, Unjudged, Validation, Velocity, Verdict,
+    Verdicts,
 };
 use core::fmt;
 use fixed::types::{I0F32, I32F32};
@@ -88,6 +90,8 @@ fields! {
         rate_hz: f64,
         codes: Codes,
         #[serde(default)] band_hz: Option<(f64, f64)>,
+        #[serde(default)] range_m: Option<(f64, f64)>,
+        #[serde(default)] velocity_mps: Option<(f64, f64)>,
         #[serde(default)] method: Method,
         #[serde(default)] reach: Reach,
         #[serde(default)] arithmetic: Arithmetic,
@@ -133,16 +137,17 @@ fields! {
     }
     struct Target {
         #[serde(with = "quantity")] range: I32F32,
-        #[serde(with = "quantity")] velocity: I32F32,
+        #[serde(with = "quantity_or_none")] velocity: Option<I32F32>,
         #[serde(with = "sigma")] sigma_range: f32,
         #[serde(with = "sigma")] sigma_velocity: f32,
         ambiguity: Ambiguity,
         verdict: Verdict,
     }
-    enum Ambiguity {
-        None,
-        Exchange { #[serde(with = "quantity")] range: I32F32, #[serde(with = "quantity")] velocity: I32F32 },
-        Coupled,
+    enum Ambiguity { None, Coupled, Several(Candidates), Decided(Decision) }
+    struct Candidate {
+        #[serde(with = "quantity")] range: I32F32,
+        #[serde(with = "quantity")] velocity: I32F32,
+        odds: f32,
     }
     struct Displacement {
         #[serde(with = "quantity")] metres: I32F32,
@@ -207,6 +212,7 @@ names! {
     Validation: Validation::ALL, Validation::name;
     Method: Method::ALL, Method::name;
     Effort: Effort::ALL, Effort::name;
+    Decision: Decision::ALL, Decision::name;
     Mixing: Mixing::ALL, Mixing::name;
     Arithmetic: [Arithmetic::Float, Arithmetic::Fixed], |arithmetic| match arithmetic {
         Arithmetic::Float => "float",
@@ -318,6 +324,56 @@ impl<'de> Deserialize<'de> for Verdicts {
         }
 
         deserializer.deserialize_seq(Several)
+    }
+}
+
+impl Serialize for Candidates {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.iter())
+    }
+}
+
+impl<'de> Deserialize<'de> for Candidates {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Several;
+
+        impl<'de> Visitor<'de> for Several {
+            type Value = Candidates;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("at most four candidates")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut all: A) -> Result<Candidates, A::Error> {
+                let mut candidates = heapless::Vec::<Candidate, CANDIDATES>::new();
+                while let Some(candidate) = all.next_element()? {
+                    let full = |_| A::Error::invalid_length(CANDIDATES + 1, &self);
+                    candidates.push(candidate).map_err(full)?;
+                }
+                Ok(Candidates::new(candidates))
+            }
+        }
+
+        deserializer.deserialize_seq(Several)
+    }
+}
+
+/// A velocity that may not be known.
+mod quantity_or_none {
+    use super::*;
+
+    pub fn serialize<S: Serializer>(
+        value: &Option<I32F32>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        value.map(I32F32::to_num::<f64>).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Option<I32F32>, D::Error> {
+        #[derive(Deserialize)]
+        struct Quantity(#[serde(with = "quantity")] I32F32);
+
+        Ok(Option::<Quantity>::deserialize(from)?.map(|Quantity(value)| value))
     }
 }
 

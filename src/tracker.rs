@@ -5,18 +5,18 @@
 //! chirp's segments are then combined to targets: each rising beat takes the flat and the falling beat that contradict it least.
 
 use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
-use crate::list::{first, remove};
+use crate::list::first;
 use crate::math::scalar::Scalar as _;
 use crate::pipeline::{Measurement, Pipeline};
 use crate::plan::{Plan, Solver};
 use crate::solve::chirp::{self, Shape, Target};
 use crate::solve::doppler::{self, Velocity};
 use crate::solve::equations::Equations;
+use crate::solve::hypotheses::{Line, solve};
 use crate::solve::track::Track;
 use crate::solve::tracks::{Sight, Tracks};
 use crate::spectrum::peak::{self, Band};
 use crate::tone::detection::{HOLD, Threshold};
-use crate::tone::frequency::Frequency;
 use crate::tone::lines::MOST;
 use crate::tone::lock::Lock;
 use crate::tone::{Tone, Usable};
@@ -179,99 +179,28 @@ impl<R: Record, const N: usize> Tracker<R, N> {
 
     /// The targets computed from the held tracks, oldest first. Each comes with the low bits of the number of its rising beat's track.
     ///
-    /// Each rising beat takes the falling beat that contradicts it least; in a trapezoid it takes
-    /// the flat beat as well. A target at rest has no flat beat, because its line is at DC. If no
-    /// other beat is near, its two ramps are then solved as a triangle.
+    /// The lines of a chirp are those of the tracks, and each rising beat is a target's: see `solve::hypotheses`. Where the lines leave
+    /// several targets for it, its verdict is [`Verdict::Ambiguous`](crate::Verdict::Ambiguous).
     pub fn targets(&self) -> Vec<(u16, Target), MOST> {
         let mut targets = Vec::new();
         let Solver::Chirp(equations) = &self.pipeline.plan().solver else {
             return targets;
         };
-        let [up, flat, down] = &self.tracks;
-        let mut flats: Vec<Tone, MOST> = first(flat.held().map(|track| track.tone));
-        let mut downs: Vec<Tone, MOST> = first(down.held().map(|track| track.tone));
-        let ups: Vec<(u16, Tone), MOST> = first(up.held().map(|t| (t.number as u16, t.tone)));
-        let mut left = Vec::<(u16, Tone), MOST>::new();
-        for &(number, rising) in &ups {
-            let target = match equations.shape {
-                Shape::Sawtooth => Some(chirp::sawtooth(&rising, equations)),
-                Shape::Triangle => nearest::<R>(&rising, &mut downs)
-                    .map(|falling| chirp::triangle(&[rising, falling], R::IQ, equations)),
-                Shape::Trapezoid => consistent::<R>(&rising, &mut flats, &mut downs, equations)
-                    .map(|tones| chirp::trapezoid(&tones, R::IQ, equations)),
-            };
-            // There is room: a target has one rising beat.
-            let _ = match target {
-                Some(target) => targets.push((number, target)).is_ok(),
-                None => left.push((number, rising)).is_ok(),
-            };
-        }
-        // A remaining flat beat belongs to one of these targets, so none is known to be at rest.
-        if equations.shape == Shape::Trapezoid && flats.is_empty() {
-            for &(number, rising) in &left {
-                let others = ups.iter().map(|up| up.1);
-                if let Some(falling) = resting::<R>(&rising, others, &mut downs, 1.0 / N as f32) {
-                    let target = chirp::triangle(&[rising, falling], R::IQ, equations);
-                    let _ = targets.push((number, target));
-                }
+        let held = |tracks: &Tracks| first(tracks.held().map(|track| Line::from(track.tone)));
+        let lines = self.tracks.each_ref().map(held);
+        let [up, _, downs] = &lines;
+        let numbers = self.tracks.iter().flat_map(Tracks::held).map(|track| track.number as u16);
+        for (place, (number, rising)) in numbers.zip(up).enumerate() {
+            if equations.shape == Shape::Sawtooth {
+                let _ = targets.push((number, chirp::sawtooth(&rising.tone, R::IQ, equations)));
+            } else if !downs.is_empty() {
+                let target = solve(&lines, place, R::IQ, equations, None);
+                // There is room: a target has one rising beat.
+                let _ = targets.push((number, target));
             }
         }
         targets
     }
-}
-
-/// The pair of a flat and a falling beat that contradicts a rising one least, removed from the lists. `None` if every pair contradicts the
-/// rising beat by more than five standard deviations.
-fn consistent<R: Record>(
-    rising: &Tone,
-    flats: &mut Vec<Tone, MOST>,
-    downs: &mut Vec<Tone, MOST>,
-    equations: &Equations,
-) -> Option<[Tone; 3]> {
-    let mut best: Option<(f32, usize, usize)> = None;
-    for (i, flat) in flats.iter().enumerate() {
-        for (j, falling) in downs.iter().enumerate() {
-            let contradiction = chirp::contradiction(&[*rising, *flat, *falling], R::IQ, equations);
-            if contradiction <= 1.0 && best.is_none_or(|(least, _, _)| contradiction < least) {
-                best = Some((contradiction, i, j));
-            }
-        }
-    }
-    let (_, i, j) = best?;
-    let (flat, falling) = (flats.get(i).copied()?, downs.get(j).copied()?);
-    remove(flats, i);
-    remove(downs, j);
-    Some([*rising, flat, falling])
-}
-
-/// The falling beat of a target too slow for a flat beat. The beat must lie less than three bins away, with no other beat as near, since
-/// the other could be the target's own.
-fn resting<R: Record>(
-    rising: &Tone,
-    mut ups: impl Iterator<Item = Tone>,
-    downs: &mut Vec<Tone, MOST>,
-    bin: f32,
-) -> Option<Tone> {
-    let near = |tone: Frequency| tone.beyond(rising.frequency).abs() < 3.0 * bin;
-    let alone = !ups.any(|up| up.frequency != rising.frequency && near(up.frequency))
-        && downs.iter().filter(|down| near(raised::<R>(down))).count() == 1;
-    if alone { nearest::<R>(rising, downs) } else { None }
-}
-
-/// The beat nearest to a rising one, removed from the list.
-fn nearest<R: Record>(rising: &Tone, downs: &mut Vec<Tone, MOST>) -> Option<Tone> {
-    let apart = |tone: &Tone| raised::<R>(tone).beyond(rising.frequency).abs();
-    let (index, _) =
-        downs.iter().enumerate().min_by(|(_, a), (_, b)| apart(a).total_cmp(&apart(b)))?;
-    let falling = downs.get(index).copied();
-    remove(downs, index);
-    falling
-}
-
-/// The falling beat as it would be on a rising ramp: its sign, which I/Q records show, turns with the slope.
-fn raised<R: Record>(falling: &Tone) -> Frequency {
-    let Frequency(turns) = falling.frequency;
-    Frequency(if R::IQ { turns.wrapping_neg() } else { turns })
 }
 
 /// The index of a segment's tracks.

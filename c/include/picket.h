@@ -2,7 +2,7 @@
  * Picket for C99 and C++: the frequency of a tone in ADC samples, how far it may be off (sigma), and
  * whether it may be used (verdict); from it a velocity, or a range and a velocity.
  *
- *     static picket_real1024 meter;               (the caller's memory: 4.6 KB)
+ *     static picket_real1024 meter;               (the caller's memory: 5.4 KB)
  *     picket_tone tone;
  *     picket_real1024_init_tone(&meter, 48000.0, 0, 4095);
  *     if (picket_real1024_block(&meter, samples, 1024, &tone) == PICKET_OK && tone.verdict == PICKET_GOOD)
@@ -57,7 +57,7 @@ const char *picket_status_message(picket_status status);
 /* ---- Verdicts ---- */
 
 /* What is known against a number. The order of severity is: good, moving, near-edge, clipped, unresolved, image, gap,
-   weak, front-end, no-signal, wrong-codes. */
+   weak, ambiguous, front-end, no-signal, wrong-codes. */
 enum {
     PICKET_GOOD = 0,        /* one steady tone: sigma is its error */
     PICKET_NEAR_EDGE = 1,   /* beside 0 Hz or half the rate, or outside of the band */
@@ -69,7 +69,8 @@ enum {
     PICKET_WRONG_CODES = 7, /* samples beyond the rails that were stated */
     PICKET_MOVING = 8,      /* it changes within the block: the mean, within sigma */
     PICKET_IMAGE = 9,       /* I and Q do not match: the sign may be wrong */
-    PICKET_FRONT_END = 10   /* codes wrap, or samples changed places: it may be another line */
+    PICKET_FRONT_END = 10,  /* codes wrap, or samples changed places: it may be another line */
+    PICKET_AMBIGUOUS = 11   /* the beats of a chirp fit several targets, and nothing decides */
 };
 /* What a number may be used for. */
 enum {
@@ -106,23 +107,34 @@ typedef struct picket_line {
     float sigma_phase_rad;
 } picket_line;
 
+/* A target that fits the beats as others do. */
+typedef struct picket_candidate {
+    double range_m;
+    double velocity_mps;
+    double odds; /* its probability, 0 to 1 */
+} picket_candidate;
+enum { PICKET_CANDIDATES = 4 };
+
 /* A range and a velocity; of a Doppler shift a velocity alone. */
 typedef struct picket_target {
     double range_m;
-    double velocity_mps;       /* positive when approaching; of real samples the speed */
-    double other_range_m;      /* the second target that the same beats fit, if `ambiguity` is PICKET_EXCHANGE */
-    double other_velocity_mps;
+    double velocity_mps;       /* positive when approaching; of real samples the speed; NaN if it is not known */
+    picket_candidate candidates[PICKET_CANDIDATES]; /* the most probable first, if `ambiguity` is PICKET_SEVERAL */
     float sigma_range_m;
     float sigma_velocity_mps;
     uint32_t track;            /* low bits of the number of the track it comes from; 0 without a tracker */
     uint8_t verdict;
-    uint8_t ambiguity;         /* PICKET_UNIQUE, PICKET_EXCHANGE or PICKET_COUPLED */
-    uint8_t reserved[2];
+    uint8_t ambiguity;         /* PICKET_UNIQUE, PICKET_SEVERAL, PICKET_COUPLED or what decided */
+    uint8_t count;             /* of the candidates */
+    uint8_t reserved;
 } picket_target;
 enum {
     PICKET_UNIQUE = 0,
-    PICKET_EXCHANGE = 1, /* a triangle with real samples */
-    PICKET_COUPLED = 2   /* a sawtooth: right for a target at rest */
+    PICKET_SEVERAL = 1,       /* the beats fit several targets: the verdict is PICKET_AMBIGUOUS */
+    PICKET_COUPLED = 2,       /* a sawtooth: the range of a target at rest, and no velocity */
+    PICKET_BY_BOUND = 3,      /* the bounds of range and velocity decided */
+    PICKET_BY_LAST_CHIRP = 4, /* the chirp before decided */
+    PICKET_BY_LEVELS = 5      /* the levels of the lines decided */
 };
 
 /* A tone, and what it amounts to. */
@@ -176,6 +188,8 @@ typedef struct picket_scene {
     double duration_s;      /* chirp: of each segment */
     double guard_s;         /* chirp: from a segment's start to its first sample */
     double sweep_curvature; /* chirp: 0 for straight ramps */
+    double range_low_m, range_high_m;           /* chirp: what a target may have; both 0: not known */
+    double velocity_low_mps, velocity_high_mps; /* chirp: likewise; positive when approaching */
     uint8_t kind;           /* PICKET_SCENE_... */
     uint8_t shape;          /* chirp: PICKET_TRAPEZOID, PICKET_TRIANGLE or PICKET_SAWTOOTH */
     uint8_t mixing;         /* I/Q: PICKET_TX_CONJ_RX or PICKET_RX_CONJ_TX */
@@ -286,16 +300,16 @@ enum { PICKET_CONTINUOUS = 0, PICKET_UP = 1, PICKET_FLAT = 2, PICKET_DOWN = 3 };
  */
 #define PICKET_DECLARE(KIND, N, PARTS)                                                                              \
     typedef struct KIND {                                                                                           \
-        uint64_t state[(4 * (N) * (PARTS) + 512) / 8];                                                              \
+        uint64_t state[(4 * (N) * (PARTS) + 1280) / 8];                                                             \
     } KIND;                                                                                                         \
     typedef struct KIND##_tracker {                                                                                 \
-        uint64_t state[(4 * (N) * (PARTS) + 5120) / 8];                                                             \
+        uint64_t state[(4 * (N) * (PARTS) + 5632) / 8];                                                             \
     } KIND##_tracker;                                                                                               \
     typedef struct KIND##_accumulator {                                                                             \
         uint64_t state[(8 * (N) * (PARTS) + 256) / 8];                                                              \
     } KIND##_accumulator;                                                                                           \
     typedef struct KIND##_bursts {                                                                                  \
-        uint64_t state[(10 * (N) * (PARTS) + 2048) / 8];                                                            \
+        uint64_t state[(10 * (N) * (PARTS) + 2560) / 8];                                                            \
     } KIND##_bursts;                                                                                                \
     size_t KIND##_size(void);                                                                                       \
     picket_status KIND##_init_tone(KIND *memory, double rate_hz, int16_t low_code, int16_t high_code);              \

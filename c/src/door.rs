@@ -69,6 +69,7 @@ unsafe fn plan<R: Record, const N: usize>(
     let mut config: Config = config.config()?;
     if let Some(scene) = scene {
         config.scene = scene.scene()?;
+        [config.range_m, config.velocity_mps] = scene.bounds();
     }
     if let Some(following) = following {
         config.following = following.following()?;
@@ -295,6 +296,7 @@ impl<R: Record, const N: usize> Follower<R, N> {
             let velocities = tracker.velocities();
             let moving = held.zip(&velocities).map(|(track, velocity)| {
                 let Velocity { velocity, sigma: sigma_velocity, verdict } = *velocity;
+                let velocity = Some(velocity);
                 let target = Target { velocity, sigma_velocity, verdict, ..Target::default() };
                 CTarget::from_target(&target, track.number)
             });

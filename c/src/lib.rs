@@ -52,10 +52,10 @@ macro_rules! door {
 
             // `picket.h` reserves so much.
             const _: () = assert!(
-                size() <= 4 * WORDS + 512
-                    && tracker_size() <= 4 * WORDS + 5120
+                size() <= 4 * WORDS + 1280
+                    && tracker_size() <= 4 * WORDS + 5632
                     && accumulator_size() <= 8 * WORDS + 256
-                    && bursts_size() <= 10 * WORDS + 2048
+                    && bursts_size() <= 10 * WORDS + 2560
             );
 
             /// Bytes of a pipeline's memory.

@@ -5,8 +5,10 @@ use core::mem::size_of;
 use picket_dsp::accumulate::MOST_BLOCKS;
 use picket_dsp::acquire::burst::Counters;
 use picket_dsp::acquire::sample::{Segment, Stamp};
+use picket_dsp::fixed::types::I32F32;
 use picket_dsp::pipeline::{Measurement, Outcome};
-use picket_dsp::solve::chirp::{Ambiguity, Mixing, Shape, Target};
+use picket_dsp::solve::candidates::CANDIDATES;
+use picket_dsp::solve::chirp::{Mixing, Shape, Target};
 use picket_dsp::solve::equations::Chirp;
 use picket_dsp::solve::track::Track;
 use picket_dsp::tone::phasor::ToneWithPhase;
@@ -64,41 +66,54 @@ impl CLine {
     }
 }
 
+/// `picket_candidate`: a target that fits as others do.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
+pub struct CCandidate {
+    range_m: f64,
+    velocity_mps: f64,
+    odds: f64,
+}
+
 /// `picket_target`: a range and a velocity, or a velocity alone.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub struct CTarget {
     range_m: f64,
     velocity_mps: f64,
-    other_range_m: f64,
-    other_velocity_mps: f64,
+    candidates: [CCandidate; CANDIDATES],
     sigma_range_m: f32,
     sigma_velocity_mps: f32,
     track: u32,
     verdict: u8,
     ambiguity: u8,
-    reserved: [u8; 2],
+    count: u8,
+    reserved: u8,
 }
 
 impl CTarget {
     /// A target whose rising beat is followed by the track of this number.
     pub fn from_target(target: &Target, track: u32) -> Self {
-        let (ambiguity, other_range_m, other_velocity_mps) = match target.ambiguity {
-            Ambiguity::None => (0, 0.0, 0.0),
-            Ambiguity::Exchange { range, velocity } => (1, range.to_num(), velocity.to_num()),
-            Ambiguity::Coupled => (2, 0.0, 0.0),
-        };
+        let mut candidates = [CCandidate::default(); CANDIDATES];
+        let all = target.ambiguity.candidates();
+        for (candidate, found) in candidates.iter_mut().zip(all) {
+            *candidate = CCandidate {
+                range_m: found.range.to_num(),
+                velocity_mps: found.velocity.to_num(),
+                odds: found.odds.into(),
+            };
+        }
         Self {
             range_m: target.range.to_num(),
-            velocity_mps: target.velocity.to_num(),
-            other_range_m,
-            other_velocity_mps,
+            velocity_mps: target.velocity.map_or(f64::NAN, I32F32::to_num),
+            candidates,
             sigma_range_m: target.sigma_range,
             sigma_velocity_mps: target.sigma_velocity,
             track,
             verdict: target.verdict as u8,
-            ambiguity,
-            reserved: [0; 2],
+            ambiguity: target.ambiguity.number(),
+            count: all.len() as u8,
+            reserved: 0,
         }
     }
 }
@@ -119,7 +134,7 @@ impl CMeasurement {
             Outcome::None => (0, CTarget::default()),
             Outcome::Velocity(velocity) => {
                 let target = Target {
-                    velocity: velocity.velocity,
+                    velocity: Some(velocity.velocity),
                     sigma_velocity: velocity.sigma,
                     verdict: velocity.verdict,
                     ..Target::default()
@@ -243,6 +258,8 @@ pub struct CScene {
     duration_s: f64,
     guard_s: f64,
     sweep_curvature: f64,
+    range_m: [f64; 2],
+    velocity_mps: [f64; 2],
     kind: u8,
     shape: u8,
     mixing: u8,
@@ -250,6 +267,12 @@ pub struct CScene {
 }
 
 impl CScene {
+    /// The bounds of a target's range and of its velocity, where they are set.
+    pub fn bounds(&self) -> [Option<(f64, f64)>; 2] {
+        [self.range_m, self.velocity_mps]
+            .map(|[low, high]| (low != 0.0 || high != 0.0).then_some((low, high)))
+    }
+
     /// The library's scene of these values.
     pub fn scene(&self) -> Result<Scene, Status> {
         let mixing = match self.mixing {
@@ -432,12 +455,12 @@ impl CCounts {
 const _: () = assert!(
     size_of::<CTone>() == 32
         && size_of::<CLine>() == 40
-        && size_of::<CTarget>() == 48
-        && size_of::<CMeasurement>() == 88
+        && size_of::<CTarget>() == 128
+        && size_of::<CMeasurement>() == 168
         && size_of::<CTrack>() == 48
         && size_of::<CStamp>() == 16
         && size_of::<CConfig>() == 40
-        && size_of::<CScene>() == 56
+        && size_of::<CScene>() == 88
         && size_of::<CFollowing>() == 16
         && size_of::<CAccumulating>() == 24
         && size_of::<CAccumulated>() == 40

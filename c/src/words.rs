@@ -51,7 +51,8 @@ macro_rules! words {
 }
 
 words!(
-    Good, Moving, NearEdge, Clipped, Unresolved, Image, Gap, Weak, FrontEnd, NoSignal, WrongCodes
+    Good, Moving, NearEdge, Clipped, Unresolved, Image, Gap, Weak, Ambiguous, FrontEnd, NoSignal,
+    WrongCodes
 );
 
 /// The words of a number from a tone.

@@ -3,6 +3,7 @@
 
 mod accumulate;
 mod alternating;
+mod ambiguous;
 mod budget;
 mod burst_processor;
 mod bursts;

@@ -313,7 +313,7 @@ fn the_sign_reaches_the_solver() {
             let off =
                 |a: I32F32, b: f64, sigma: f32| (a.to_num::<f64>() - b).abs() / f64::from(sigma);
             assert!(off(seen.range, target.range_m(middle_s), seen.sigma_range) < 6.0, "{seen:?}");
-            assert!(off(seen.velocity, 0.25, seen.sigma_velocity) < 6.0, "{seen:?}");
+            assert!(off(seen.velocity.unwrap(), 0.25, seen.sigma_velocity) < 6.0, "{seen:?}");
         }
     }
 }

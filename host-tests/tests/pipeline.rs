@@ -42,7 +42,7 @@ fn chirp(row: &Row, snr_db: f64, method: Method, seed: u64, trial: u64) -> Measu
 fn errors(row: &Row, measurement: &Measurement) -> Option<(f64, f64)> {
     let Outcome::Target(target) = measurement.result else { return None };
     let range = target.range.to_num::<f64>() - row.range_m;
-    Some((range, target.velocity.to_num::<f64>() - row.velocity_mps))
+    Some((range, target.velocity?.to_num::<f64>() - row.velocity_mps))
 }
 
 #[test]

@@ -60,13 +60,17 @@ fn seen(snr_db: f64, chirps: u64, seed: u64) -> Vec<Seen> {
             middle = clock as f64 / RATE_HZ + radar.middle_s();
         }
         let square = |error: f64, sigma: f32| (error / f64::from(sigma)).powi(2);
-        let right =
-            targets.iter().find(|target| (target.velocity.to_num::<f64>() - velocity).abs() < 1.0);
+        let right = targets
+            .iter()
+            .find(|target| (target.velocity.unwrap().to_num::<f64>() - velocity).abs() < 1.0);
         Seen {
             squares: right.map(|target| {
                 let away = range_m - velocity * middle;
                 [
-                    square(target.velocity.to_num::<f64>() - velocity, target.sigma_velocity),
+                    square(
+                        target.velocity.unwrap().to_num::<f64>() - velocity,
+                        target.sigma_velocity,
+                    ),
                     square(target.range.to_num::<f64>() - away, target.sigma_range),
                 ]
             }),

@@ -4,7 +4,8 @@ use fixed::types::{I0F32, I32F32};
 use picket_dsp::acquire::sample::{Segment, Stamp};
 use picket_dsp::methods::registry::Method;
 use picket_dsp::pipeline::{Measurement, Outcome};
-use picket_dsp::solve::chirp::{Ambiguity, Target};
+use picket_dsp::solve::candidates::{Ambiguity, Candidate, Candidates};
+use picket_dsp::solve::chirp::Target;
 use picket_dsp::solve::doppler::Velocity;
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::{Tone, Verdict, Verdicts};
@@ -51,12 +52,19 @@ fn any_record(sequence: u32, rng: &mut impl Rng) -> Telemetry {
         }),
         other => Outcome::Target(Target {
             range: fixed(rng),
-            velocity: fixed(rng),
+            velocity: rng.random_bool(0.5).then(|| fixed(rng)),
             sigma_range: float(rng),
             sigma_velocity: float(rng),
             ambiguity: match other {
                 2 => Ambiguity::None,
-                3 => Ambiguity::Exchange { range: fixed(rng), velocity: fixed(rng) },
+                3 => {
+                    let count = rng.random_range(1..=4);
+                    Ambiguity::Several(Candidates::new((0..count).map(|_| Candidate {
+                        range: fixed(rng),
+                        velocity: fixed(rng),
+                        odds: rng.random(),
+                    })))
+                }
                 _ => Ambiguity::Coupled,
             },
             verdict: verdict(rng),
@@ -107,6 +115,8 @@ fn records_come_back_bit_for_bit() {
 fn a_float_without_a_value_keeps_its_bits() {
     let mut rng = ChaCha8Rng::seed_from_u64(4);
     let mut sent = record(0, &mut rng);
+    // A record whose frequency may be used has a sigma.
+    sent.measurement.tone.verdict = Verdict::Weak;
     sent.measurement.tone.sigma = f32::from_bits(0x7fc0_1234);
     let got = Telemetry::from_bytes(&sent.to_bytes()).unwrap();
     assert_eq!(got.measurement.tone.sigma.to_bits(), 0x7fc0_1234);

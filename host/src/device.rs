@@ -13,6 +13,7 @@ use picket_wire::telemetry::Telemetry;
 use std::ops::RangeInclusive;
 
 /// One thing that was said.
+#[expect(clippy::large_enum_variant, reason = "one is read at a time")]
 #[derive(Clone, Debug, PartialEq)]
 pub enum Said {
     /// A measurement.

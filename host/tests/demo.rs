@@ -527,7 +527,9 @@ fn a_laser_that_is_not_perfect() {
     assert!(near_m < 0.015 && (0.02..0.08).contains(&far_m), "{near_m} {far_m}");
     assert!(of(&["--linewidth-hz", "1M"]).iter().filter(far).all(|row| !row.2));
     let bent = of(&["--sweep-error", "0.01"]);
-    assert!(bent.iter().all(|row| row.1[1] <= 0.16 / 3.6));
+    // Far off a bent ramp makes several lines of a target, which are no usable one.
+    assert!(bent.iter().filter(|row| row.2).all(|row| row.1[1] <= 0.16 / 3.6));
+    assert!(bent.iter().filter(|row| row.0 < 30.0).all(|row| row.1[1] <= 0.16 / 3.6));
     assert!(bent.iter().filter(near).all(|row| row.1[0] <= 0.05));
     assert!(bent.iter().filter(far).any(|row| row.1[0] > 0.05));
     // The other name of the same scene, and its pictures.

@@ -5,9 +5,9 @@ use picket_dsp::solve::displacement::Displacement;
 use picket_dsp::tone::FrequencyDrift;
 use picket_dsp::tone::harmonic::Harmonic;
 use picket_dsp::{
-    Accumulated, Ambiguity, Arithmetic, Burst, Carrier, Chirp, Codes, Config, Effort, Following,
-    Iq, Measurement, Method, Mixing, Outcome, Pipeline, Reach, Real, Scene, Segment, Shape, Stamp,
-    Target, Tone, ToneWithPhase, Unjudged, Validation, Velocity, Verdict, Verdicts,
+    Accumulated, Ambiguity, Arithmetic, Burst, Carrier, Chirp, Codes, Config, Decision, Effort,
+    Following, Iq, Measurement, Method, Mixing, Outcome, Pipeline, Reach, Real, Scene, Segment,
+    Shape, Stamp, Target, Tone, ToneWithPhase, Unjudged, Validation, Velocity, Verdict, Verdicts,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -100,8 +100,10 @@ fn every_answer_comes_back() {
         let Outcome::Target(target) = result else { panic!("{shape:?}: {result:?}") };
         let expected = match shape {
             Shape::Trapezoid => r#""ambiguity":"none""#,
-            Shape::Triangle => r#""ambiguity":{"exchange":{"range":"#,
-            Shape::Sawtooth => r#""sigma_velocity":null,"ambiguity":"coupled""#,
+            Shape::Triangle => r#""ambiguity":{"several":[{"range":"#,
+            Shape::Sawtooth => {
+                r#""sigma_velocity":null,"ambiguity":"coupled","verdict":"ambiguous""#
+            }
         };
         assert!(there_and_back(&target).contains(expected), "{target:?}");
     }
@@ -128,6 +130,9 @@ fn every_answer_comes_back() {
     there_and_back(&Displacement { metres, sigma: 1e-9, start: 3, verdict: Verdict::Gap });
     let least = Target { range: -metres, ..Target::default() };
     there_and_back(&Target { ambiguity: Ambiguity::Coupled, ..least });
+    for decision in Decision::ALL {
+        there_and_back(&Target { ambiguity: Ambiguity::Decided(decision), ..least });
+    }
 
     // No number of JSON is NaN.
     let text = to_string(&Tone { snr: f32::NAN, sigma: f32::NAN, ..tone }).unwrap();

@@ -22,7 +22,8 @@ pub fn widen(clock: Clock, measurement: &mut Measurement) {
         }
         // Its range is counted in samples of the ramp, and the clock paces both.
         Outcome::Target(target) => {
-            target.sigma_velocity = wider(target.sigma_velocity, target.velocity.to_bits() as f32);
+            let velocity = target.velocity.unwrap_or_default();
+            target.sigma_velocity = wider(target.sigma_velocity, velocity.to_bits() as f32);
         }
     }
 }
@@ -55,7 +56,7 @@ mod tests {
         let velocity =
             Velocity { velocity: I32F32::from_num(-20), sigma: 0.1, ..Velocity::default() };
         let target = Target {
-            velocity: I32F32::from_num(3),
+            velocity: Some(I32F32::from_num(3)),
             range: I32F32::from_num(50),
             sigma_range: 0.01,
             ..Target::default()

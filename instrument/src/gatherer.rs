@@ -56,6 +56,8 @@ impl<R: Record, const N: usize> Gatherer<R, N> {
 
 impl<R: Record, const N: usize> Meter<R, N> for Gatherer<R, N> {
     const SIGNALS: bool = true;
+    // Their solver has no room beside the sums and the bursts.
+    const CHIRPS: bool = false;
 
     fn set_plan(&mut self, plan: Plan<R, N>) {
         self.processor.pipeline().set_plan(plan);
@@ -81,7 +83,9 @@ impl<R: Record, const N: usize> Meter<R, N> for Gatherer<R, N> {
             return Measurement { stamp: *stamp, ..Measurement::default() };
         }
         let pipeline = self.processor.pipeline();
-        let mut measurement = pipeline.block(stamp, samples);
+        let (clipped, tone) = pipeline.tone(stamp, samples);
+        let result = pipeline.outcome(&tone);
+        let mut measurement = Measurement { stamp: *stamp, clipped, tone, result };
         if let Mode::Accumulate { .. } = self.mode {
             self.gathered = match self.sum.add(&measurement, pipeline) {
                 None => Gathered::Nothing,

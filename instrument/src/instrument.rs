@@ -14,6 +14,7 @@ use heapless::Vec;
 use picket_dsp::acquire::frontend::{Block, Counters};
 use picket_dsp::acquire::sample::{Iq, Real};
 use picket_dsp::burst;
+use picket_dsp::config::Scene;
 use picket_dsp::pipeline::{Measurement, Outcome, Pipeline};
 use picket_dsp::tone::Tone;
 use picket_wire::boot::{Boot, Name};
@@ -32,6 +33,7 @@ use picket_wire::telemetry::{Basis, Health, Telemetry};
 const RECORD: usize = 3 * WIRE;
 
 /// The end of an instrument. Its last answer may still wait for the line; the memory of every block is back with the port.
+#[expect(clippy::large_enum_variant, reason = "nothing is allocated here, and there is one of it")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum End {
     /// Another instrument shall start, with these settings.
@@ -101,6 +103,11 @@ where
     }
     if settings.mode != Mode::Blocks && !can(M::SIGNALS, Q::SIGNALS) {
         return Err(SettingsError::Signals);
+    }
+    if matches!(settings.config.scene, Scene::Chirp(_)) && !can(M::CHIRPS, Q::CHIRPS) {
+        // Not even with another image, if the mode is one of sums or bursts.
+        let blocks = settings.mode == Mode::Blocks;
+        return Err(if blocks { SettingsError::Chirps } else { SettingsError::Mode });
     }
     settings.config.codes = P::CODES;
     port.plan(settings)

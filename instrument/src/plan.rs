@@ -83,8 +83,8 @@ impl<const N: usize> Plan<N> {
 }
 
 /// Checks that a block of `cycles` holds the worst block that is known, where the settings want that. `worst` has the cycles of that block
-/// at the efforts `look` and `one`, `None` where nobody has searched for it; `target` has the cycles for the target of a chirp. The searches
-/// know one tone of a block, by least squares.
+/// at the efforts `look` and `one`, `None` where nobody has searched for it; `target` has the cycles for the target of a sawtooth. The
+/// searches know one tone of a block, by least squares. The lines that a triangle and a trapezoid look for beside it are not searched.
 ///
 /// # Errors
 /// The worst block is longer, or unknown.
@@ -97,6 +97,7 @@ pub fn check_worst(
     let Config { following, method, effort, scene, .. } = settings.config;
     let usual = matches!(method, Method::LeastSquares | Method::LeastSquaresReal);
     let alone = settings.mode == Mode::Blocks && settings.further() + settings.order() == 0;
+    let alone = alone && settings.segments() == 1;
     let most = match (worst, effort) {
         _ if !settings.worst_case => return Ok(()),
         (Some([look, _]), Effort::Look) if usual && alone && following.most == 0 => look,

@@ -5,6 +5,7 @@ use crate::storage::{self, Kept, Storage};
 use crate::words::WORDS;
 use picket_wire::boot::{Causes, LastEnd, Origin};
 use picket_wire::settings::Settings;
+use picket_wire::settings_error::SettingsError;
 use picket_wire::stored;
 
 /// The inputs of the instrument's start.
@@ -35,25 +36,29 @@ impl Start {
         storage: &impl Storage,
         crashes: Crashes,
     ) -> Self {
-        let (settings, origin) =
-            match left.and_then(|left| stored::<N>(left.map(u32::to_le_bytes).as_flattened())) {
-                Some(left) => (Some(left), Origin::Host),
-                None => match storage::latest(storage, stored::<N>) {
-                    Kept::Found(kept) => (Some(kept), Origin::Flash),
-                    Kept::Nothing => (None, Origin::Default),
-                    Kept::Unreadable => (None, Origin::Unreadable),
-                },
-            };
+        let (settings, origin) = match left.and_then(|left| {
+            of::<N>(Settings::from_bytes(left.map(u32::to_le_bytes).as_flattened()))
+        }) {
+            Some(left) => (Some(left), Origin::Host),
+            None => match storage::latest(storage, stored::<N>) {
+                Kept::Found(kept) => (Some(kept), Origin::Flash),
+                Kept::Nothing => (None, Origin::Default),
+                Kept::Unreadable => (None, Origin::Unreadable),
+            },
+        };
         let mut settings = settings.unwrap_or_default();
         settings.start &= origin != Origin::Unreadable && !crashes.halts();
         Self { settings, origin, halted: crashes.halts(), ..Self::default() }
     }
 }
 
-/// The settings in these bytes, if they are for blocks of `N` samples.
-// Compiled once for the last program's settings and for the flash.
-#[inline(never)]
+/// The settings in these bytes of a page, if they are for blocks of `N` samples.
 fn stored<const N: usize>(bytes: &[u8]) -> Option<Settings> {
-    let (settings, n) = stored::decode(bytes).ok()?;
+    of::<N>(stored::decode(bytes))
+}
+
+/// Settings for blocks of `N` samples.
+fn of<const N: usize>(read: Result<(Settings, usize), SettingsError>) -> Option<Settings> {
+    let (settings, n) = read.ok()?;
     (n == N).then_some(settings)
 }

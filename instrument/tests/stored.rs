@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 
 /// Where a field lies in the positional layout of `wire/src/settings.rs`, and its length; tags without their highest bit, which
 /// is set.
-const PLACES: [(u8, usize, usize); 39] = [
+const PLACES: [(u8, usize, usize); 43] = [
     (1, 1, 1),
     (2, 2, 1),
     (3, 3, 1),
@@ -64,6 +64,10 @@ const PLACES: [(u8, usize, usize); 39] = [
     (37, 148, 4),
     (38, 152, 4),
     (39, 156, 4),
+    (40, 160, 8),
+    (41, 168, 8),
+    (42, 176, 8),
+    (43, 184, 8),
 ];
 
 /// The known tags, their places and lengths.
@@ -71,12 +75,13 @@ fn places() -> BTreeMap<u8, (usize, usize)> {
     PLACES.iter().map(|&(tag, at, length)| (tag | CRITICAL, (at, length))).collect()
 }
 
-/// The other reader: it puts the fields into the layout of version 4, or of version 5 if there is a mode, on top of the
-/// default settings.
+/// The other reader: it puts the fields into the layout of version 4, of version 5 if there is a mode, or of version 6 if there are
+/// bounds, on top of the default settings.
 fn model(stored: &[u8]) -> Option<Vec<u8>> {
     let mut layout = Settings::default().to_bytes(64).to_vec();
     layout.resize(Settings::BYTES, 0);
     layout[56..60].fill(0);
+    layout[160..].copy_from_slice([f64::NAN.to_le_bytes(); 4].as_flattened());
     assert_eq!(stored[0], 128);
     let (mut at, mut last) = (1, 0);
     while at < stored.len() && stored[at] != 0 {
@@ -97,7 +102,13 @@ fn model(stored: &[u8]) -> Option<Vec<u8>> {
             None => {}
         }
     }
-    layout[0] = if layout[144] == 0 && layout[145] & 1 == 0 { 4 } else { 5 };
+    let bounds =
+        layout[160..].as_chunks().0.iter().any(|&bound| !f64::from_le_bytes(bound).is_nan());
+    layout[0] = match layout[144] == 0 && layout[145] & 1 == 0 {
+        _ if bounds => 6,
+        true => 4,
+        false => 5,
+    };
     let (settings, n) = Settings::from_bytes(&layout).ok()?;
     Some(settings.to_bytes(n).to_vec())
 }
@@ -127,7 +138,8 @@ prop_compose! {
         mixing in select(vec![Mixing::TxConjRx, Mixing::RxConjTx]),
         following in (number(), number(), number(), 0..=4u8, any::<u8>()),
         carrier in [number(), number()],
-        codes in (-32768..=-128i16, 127..=32767i16),
+        (low, high) in (-32768..=-128i16, 127..=32767i16),
+        [range_m, velocity_mps] in proptest::array::uniform2(proptest::option::of((number(), number()))),
     ) -> Config {
         let [wavelength_m, second, duration_s] = lengths;
         let scene = match kind {
@@ -160,7 +172,9 @@ prop_compose! {
                 refresh,
             },
             carrier: Carrier { linewidth_hz: carrier[0] as f32, envelope_hz: carrier[1] as f32 },
-            ..Config::new(rate_hz, Codes::between(codes.0, codes.1).unwrap())
+            range_m,
+            velocity_mps,
+            ..Config::new(rate_hz, Codes::between(low, high).unwrap())
         }
     }
 }
@@ -266,7 +280,7 @@ proptest! {
     #[test]
     fn all_settings_come_back(settings in settings(), n in block()) {
         let stored = encode(&settings, n, &[]);
-        prop_assert!(stored.len() <= 240 && stored.len().is_multiple_of(4));
+        prop_assert!(stored.len() <= 280 && stored.len().is_multiple_of(4));
         let wire = settings.to_bytes(n);
         let expected = Settings::from_bytes(&wire).map(|(settings, n)| settings.to_bytes(n).to_vec());
         prop_assert_eq!(read(&stored), expected.ok());

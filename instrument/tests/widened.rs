@@ -208,7 +208,7 @@ fn tracks_and_their_targets() {
                 .map(|track| (f64::from(track.sigma), track.frequency.0.to_num::<f64>()));
             let targets = follow.targets.iter().map(|(_, target)| {
                 ranges.borrow_mut().push(target.range.to_num::<f64>());
-                (f64::from(target.sigma_velocity), target.velocity.to_num::<f64>())
+                (f64::from(target.sigma_velocity), target.velocity.unwrap().to_num::<f64>())
             });
             tracks.chain(targets).collect()
         });

@@ -56,7 +56,7 @@ class Doppler:
 
     def _terms(self):
         wavelength = _wavelength(self.wavelength_m, self.carrier_hz)
-        return ("doppler", wavelength, float(self.angle_rad), 0.0, 0.0, 0.0, 0.0, "trapezoid", self.mixing)
+        return ("doppler", wavelength, float(self.angle_rad), 0.0, 0.0, 0.0, 0.0, "trapezoid", self.mixing, [None, None])
 
 
 @dataclass(frozen=True)
@@ -70,6 +70,8 @@ class Chirp:
     guard_s: from a segment's start to the first sample of its block.
     mixing: as for Doppler.
     sweep_curvature: how far the middle of a ramp lies above a straight one, as a share of the bandwidth.
+    range_m, velocity_mps: (low, high), what a target may have, where that is known. A bound decides where the waveform leaves several
+        targets: without one a sawtooth's range is "ambiguous", and so is a first triangle of real samples.
     """
 
     bandwidth_hz: float
@@ -80,11 +82,14 @@ class Chirp:
     mixing: str = "tx-conj-rx"
     sweep_curvature: float = 0.0
     carrier_hz: float | None = None
+    range_m: tuple[float, float] | None = None
+    velocity_mps: tuple[float, float] | None = None
 
     def _terms(self):
         wavelength = _wavelength(self.wavelength_m, self.carrier_hz)
+        bounds = [None if bound is None else tuple(map(float, bound)) for bound in (self.range_m, self.velocity_mps)]
         numbers = (self.bandwidth_hz, self.duration_s, self.guard_s, self.sweep_curvature)
-        return ("chirp", wavelength, 0.0, *map(float, numbers), self.shape, self.mixing)
+        return ("chirp", wavelength, 0.0, *map(float, numbers), self.shape, self.mixing, bounds)
 
 
 def _numbers(missing):
@@ -255,8 +260,8 @@ class Pipeline(_Front):
 
         Columns: block, time_s (the block's middle), gap, clipped (samples at a rail), frequency_hz, sigma_hz, snr_db, amplitude
         (codes), verdict, usable, reason (all that applies, the worst first), phase, sigma_phase; with a scene velocity_mps,
-        sigma_velocity_mps, target_verdict, target_usable; with a Chirp segment, range_m, sigma_range_m, ambiguity, other_range_m and
-        other_velocity_mps, too, in the row of a chirp's last block. `pandas.DataFrame(result)` takes it as it is.
+        sigma_velocity_mps, target_verdict, target_usable; with a Chirp segment, range_m, sigma_range_m, ambiguity and four candidates,
+        the most probable first (range_1_m, velocity_1_mps, odds_1 and so on), too, in the row of a chirp's last block. `pandas.DataFrame(result)` takes it as it is.
         """
         words, native, rows = self._words(samples)
         threads = (os.cpu_count() or 1) if threads is None else int(threads)

@@ -13,7 +13,8 @@ for _number, _name, _level, *_ in VERDICTS:
     _USABLE[_number] = _level <= 1
 # All that applies beside a verdict, the most severe first; the set has seven bits.
 _ALSO = np.array([", ".join(_picket.verdicts_in(bits)) for bits in range(128)])
-_AMBIGUITY = np.array(["", "exchange", "coupled"], "U8")
+_AMBIGUITY = np.array(["", "several", "coupled", "bound", "last-chirp", "levels"])
+_CANDIDATES = [(f"range_{i}_m", f"velocity_{i}_mps", f"odds_{i}") for i in range(1, 5)]
 _SEGMENT = np.array(["", "up", "flat", "down"], "U4")
 _VALIDATION = np.array(_picket.validations())
 _STATE = np.array(["tentative", "held", "lost"], "U9")
@@ -33,9 +34,8 @@ VELOCITY = [("velocity_mps", "f8"), ("sigma_velocity_mps", "f8"), ("target_verdi
 RANGE = [
     ("range_m", "f8"),
     ("sigma_range_m", "f8"),
-    ("ambiguity", "U8"),
-    ("other_range_m", "f8"),
-    ("other_velocity_mps", "f8"),
+    ("ambiguity", _AMBIGUITY.dtype),
+    *((name, "f8") for names in _CANDIDATES for name in names),
 ]
 
 
@@ -61,7 +61,8 @@ def _put_target(out, rows):
     out["target_usable"] = known & _USABLE[verdict]
     if "range_m" in out.dtype.names:
         out["range_m"], out["sigma_range_m"] = rows[:, 2], rows[:, 4]
-        out["other_range_m"], out["other_velocity_mps"] = rows[:, 6], rows[:, 7]
+        for column, name in enumerate(name for names in _CANDIDATES for name in names):
+            out[name] = rows[:, 6 + column]
         out["ambiguity"] = _AMBIGUITY[np.where(known, rows[:, 1], 0).astype(np.intp)]
 
 
@@ -82,7 +83,7 @@ def blocks(rows, n, rate_hz, kind):
     _put_tone(out, rows[:, 4:10])
     out["phase"], out["sigma_phase"] = rows[:, 10], rows[:, 11]
     if kind != "tone":
-        _put_target(out, rows[:, 12:20])
+        _put_target(out, rows[:, 12:30])
     return out
 
 
@@ -111,7 +112,7 @@ def targets(rows, n, rate_hz, kind):
     out["time_s"] = (rows[:, 0] + n / 2) / rate_hz
     out["track"] = rows[:, 1]
     if kind != "tone":
-        _put_target(out, rows[:, 2:10])
+        _put_target(out, rows[:, 2:20])
     return out
 
 
@@ -131,7 +132,7 @@ def bursts(rows, rate_hz, kind):
     out["validation"] = _VALIDATION[rows[:, 2].astype(np.intp)]
     _put_tone(out, rows[:, 3:9])
     if kind != "tone":
-        _put_target(out, rows[:, 9:17])
+        _put_target(out, rows[:, 9:27])
     return out
 
 
@@ -142,7 +143,7 @@ def telemetry(rows):
     out["sequence"], out["lost"], out["faults"], out["clock"] = rows[:, :4].T
     out["gap"], out["segment"], out["clipped"] = rows[:, 4] != 0, _SEGMENT[rows[:, 5].astype(np.intp)], rows[:, 6]
     _put_tone(out, rows[:, 7:13])
-    _put_target(out, rows[:, 15:23])
+    _put_target(out, rows[:, 15:33])
     return out
 
 

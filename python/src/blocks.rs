@@ -42,7 +42,8 @@ impl Work for Blocks<'_> {
         // Whole chirps, so that every part begins with a first segment; some hundred blocks, so that a part is worth a thread.
         let chirp = native.timing(self.hop).segments.len().max(1);
         let part = count.div_ceil(4 * self.threads.max(1)).max(64).next_multiple_of(chirp);
-        if self.threads <= 1 || count <= part {
+        // A chirp's hypotheses lead to those of the next: such chirps have one thread.
+        if self.threads <= 1 || count <= part || chirp > 1 {
             return some(0..count);
         }
         let parts: Vec<_> = (0..count).step_by(part).collect();

@@ -96,7 +96,7 @@ fn named(name: &str) -> Result<Format, String> {
 /// that were damaged.
 #[pyfunction]
 pub fn telemetry<'py>(py: Python<'py>, bytes: &[u8]) -> PyResult<(Bound<'py, PyArray2<f64>>, u64)> {
-    let (mut rows, mut bad): (Vec<[f64; 23]>, u64) = (Vec::new(), 0);
+    let (mut rows, mut bad): (Vec<[f64; 3 + tables::BLOCK]>, u64) = (Vec::new(), 0);
     let mut reader = Reader::default();
     for &byte in bytes {
         match reader.push(byte) {

@@ -2,8 +2,10 @@
 
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
+use picket_dsp::fixed::types::I32F32;
 use picket_dsp::pipeline::Outcome;
-use picket_dsp::solve::chirp::{Ambiguity, Target};
+use picket_dsp::solve::candidates::{CANDIDATES, Candidate};
+use picket_dsp::solve::chirp::Target;
 use picket_dsp::solve::track::Track;
 use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_dsp::{Measurement, Tone};
@@ -38,35 +40,36 @@ pub fn phase(phasor: Option<&ToneWithPhase>) -> [f64; 2] {
     phasor.map_or([f64::NAN; 2], |phasor| [phasor.phase.into(), phasor.sigma_phase.into()])
 }
 
-/// Verdict, ambiguity, range, velocity, their sigmas, the other range and velocity; NaN for what is not there.
-pub type TargetRow = [f64; 8];
+/// Verdict, ambiguity, range, velocity, their sigmas, then range, velocity and odds of each candidate; NaN for what is not there.
+pub type TargetRow = [f64; TARGET];
+pub const TARGET: usize = 6 + 3 * CANDIDATES;
 
 pub fn target(target: &Target) -> TargetRow {
-    let (ambiguity, other) = match target.ambiguity {
-        Ambiguity::None => (0, [f64::NAN; 2]),
-        Ambiguity::Exchange { range, velocity } => (1, [range.to_num(), velocity.to_num()]),
-        Ambiguity::Coupled => (2, [f64::NAN; 2]),
-    };
-    [
+    let mut row = [f64::NAN; TARGET];
+    let head = [
         f64::from(target.verdict as u8),
-        ambiguity.into(),
+        target.ambiguity.number().into(),
         target.range.to_num(),
-        target.velocity.to_num(),
+        target.velocity.map_or(f64::NAN, I32F32::to_num),
         target.sigma_range.into(),
         target.sigma_velocity.into(),
-        other[0],
-        other[1],
-    ]
+    ];
+    row[..6].copy_from_slice(&head);
+    for (place, candidate) in row[6..].chunks_exact_mut(3).zip(target.ambiguity.candidates()) {
+        let Candidate { range, velocity, odds } = *candidate;
+        place.copy_from_slice(&[range.to_num(), velocity.to_num(), odds.into()]);
+    }
+    row
 }
 
 pub fn outcome(outcome: &Outcome) -> TargetRow {
     match outcome {
-        Outcome::None => [f64::NAN; 8],
+        Outcome::None => [f64::NAN; TARGET],
         Outcome::Velocity(seen) => {
-            let verdict = f64::from(seen.verdict as u8);
-            let (velocity, sigma) = (seen.velocity.to_num(), f64::from(seen.sigma));
-            let nan = f64::NAN;
-            [verdict, 0.0, nan, velocity, nan, sigma, nan, nan]
+            let mut row = [f64::NAN; TARGET];
+            (row[0], row[1]) = (f64::from(seen.verdict as u8), 0.0);
+            (row[3], row[5]) = (seen.velocity.to_num(), f64::from(seen.sigma));
+            row
         }
         Outcome::Target(seen) => target(seen),
     }
@@ -74,7 +77,8 @@ pub fn outcome(outcome: &Outcome) -> TargetRow {
 
 /// The first sample's number, whether samples are missing before it, the segment, samples at a rail, the tone, phase and its sigma,
 /// the outcome.
-pub type BlockRow = [f64; 20];
+pub type BlockRow = [f64; BLOCK];
+pub const BLOCK: usize = 12 + TARGET;
 
 pub fn block(measurement: &Measurement, phasor: Option<&ToneWithPhase>) -> BlockRow {
     let Measurement { stamp, clipped, tone: seen, result } = measurement;
@@ -106,6 +110,7 @@ pub fn track(clock: u64, track: &Track, rate_hz: f64) -> TrackRow {
 /// Columns side by side; they must be as many as the row has.
 pub fn joined<const PARTS: usize, const COLUMNS: usize>(parts: [&[f64]; PARTS]) -> [f64; COLUMNS] {
     let mut row = [f64::NAN; COLUMNS];
+    assert_eq!(parts.iter().map(|part| part.len()).sum::<usize>(), COLUMNS, "columns of a row");
     row.iter_mut().zip(parts.into_iter().flatten()).for_each(|(place, &value)| *place = value);
     row
 }

@@ -2,13 +2,24 @@
 
 use picket_dsp::{Chirp, Codes, Mixing, Scene, Shape};
 
-/// A scene: its kind, wavelength, angle, bandwidth, duration, guard, curvature, shape, mixing.
-pub type SceneTerms<'a> = (&'a str, f64, f64, f64, f64, f64, f64, &'a str, &'a str);
+/// A scene: its kind, wavelength, angle, bandwidth, duration, guard, curvature, shape, mixing, bounds of range and velocity.
+pub type SceneTerms<'a> =
+    (&'a str, f64, f64, f64, f64, f64, f64, &'a str, &'a str, [Option<(f64, f64)>; 2]);
 
 /// The library's scene of these terms.
 pub fn scene(terms: &SceneTerms) -> Result<Scene, String> {
-    let &(kind, wavelength_m, angle_rad, bandwidth_hz, duration_s, guard_s, curvature, shape, name) =
-        terms;
+    let &(
+        kind,
+        wavelength_m,
+        angle_rad,
+        bandwidth_hz,
+        duration_s,
+        guard_s,
+        curvature,
+        shape,
+        name,
+        _,
+    ) = terms;
     let mixing = mixing(name)?;
     Ok(match kind {
         "doppler" => Scene::Doppler { wavelength_m, angle_rad, mixing },

@@ -18,7 +18,7 @@ pub struct Follow<'a> {
 pub struct Followed {
     pub blocks: Vec<BlockRow>,
     pub tracks: Vec<TrackRow>,
-    pub targets: Vec<[f64; 10]>,
+    pub targets: Vec<[f64; 2 + tables::TARGET]>,
 }
 
 impl ForRecord for Follow<'_> {

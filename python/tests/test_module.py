@@ -199,6 +199,8 @@ def test_a_chirp_radar_of_the_simulator(shape, every):
     errors = (whole["range_m"] - truth["range_m"][every - 1 :: every]) / whole["sigma_range_m"]
     assert 0.8 < np.sqrt(np.mean(errors**2)) < 1.25, errors
     assert (whole["ambiguity"] == ("coupled" if shape == "sawtooth" else "")).all()
+    assert (whole["target_verdict"] == "ambiguous").all() == (shape == "sawtooth")
+    assert np.isnan(whole["velocity_mps"]).all() == (shape == "sawtooth")
     if velocity:
         errors = (whole["velocity_mps"] - velocity) / whole["sigma_velocity_mps"]
         assert 0.8 < np.sqrt(np.mean(errors**2)) < 1.25

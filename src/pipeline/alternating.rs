@@ -33,6 +33,7 @@ use crate::acquire::sample::{Iq, Real, Stamp};
 use crate::math::scalar::Scalar;
 use crate::methods::registry::Method;
 use crate::plan::{Plan, Terms};
+use crate::solve::hypotheses::Line;
 use crate::spectrum::Spectrum;
 use crate::spectrum::peak::{Band, Peak};
 use crate::tone::detection::{Relaxation, Threshold};
@@ -106,7 +107,7 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
         let (clipped, tone) = self.tone(stamp, pairs.as_flattened());
         turn(pairs, codes);
         let Terms { solver, .. } = &*self.pipeline.plan;
-        let result = self.pipeline.ramps.solve(solver, stamp, tone, true);
+        let result = self.pipeline.ramps.solve(solver, stamp, &[Line::from(tone)], true);
         Measurement { stamp: *stamp, clipped, tone, result }
     }
 

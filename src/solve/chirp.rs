@@ -11,13 +11,19 @@
 //!
 //! A negative range is never good. I/Q records show a negative range if I and Q are exchanged, or if [`Mixing`] is set the wrong way round.
 
+pub use super::candidates::Ambiguity;
+use super::candidates::Decision;
 use super::equations::Equations;
+use super::hypotheses::{Hypothesis, Line, Lines, SAME, solve};
 use crate::acquire::sample::Segment;
 use crate::config::SPEED_OF_LIGHT;
+use crate::list::first;
 use crate::math::scalar::Scalar as _;
+use crate::tone::evidence::EDGE_BINS;
 use crate::tone::verdict::Usable;
 use crate::tone::{Tone, Verdict};
 use fixed::types::I32F32;
+use heapless::Vec;
 
 /// The value of one cycle per sample, in SI units: in fixed point for results, in float for sigmas.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -109,27 +115,6 @@ impl Mixing {
     }
 }
 
-/// The ambiguity that the waveform leaves.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Ambiguity {
-    /// The answer is unique.
-    #[default]
-    None,
-    /// A triangle with real samples: the beats also fit a second target, with the roles of range and Doppler exchanged. The order of the
-    /// beats gives the sign of each velocity.
-    Exchange {
-        /// Range of the second target, metres.
-        #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
-        range: I32F32,
-        /// Velocity of the second target, metres per second.
-        #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
-        velocity: I32F32,
-    },
-    /// A sawtooth: the range is right only for a target at rest, and the velocity is 0.
-    Coupled,
-}
-
 /// A target.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -137,17 +122,18 @@ pub struct Target {
     /// Range, metres, at the mean of the middles of the chirp's records.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     pub range: I32F32,
-    /// Velocity, metres per second; positive when approaching.
+    /// Velocity, metres per second; positive when approaching. `None` where it is not known: a sawtooth does not show it.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
-    pub velocity: I32F32,
+    pub velocity: Option<I32F32>,
     /// One standard deviation of the range, metres.
     pub sigma_range: f32,
     /// One standard deviation of the velocity, metres per second.
     pub sigma_velocity: f32,
-    /// The ambiguity that the waveform leaves.
+    /// The ambiguity that waveform and lines leave, or what decided it.
     pub ambiguity: Ambiguity,
     /// The worst verdict of the beats, but for a trapezoid's flat beat beside 0 Hz; at least [`Verdict::Unresolved`] if the range is
-    /// negative, or if the beats contradict each other by more than five standard deviations.
+    /// negative or out of its bound, or if the beats contradict each other by more than five standard deviations; at least
+    /// [`Verdict::Ambiguous`] if nothing decides between several targets.
     pub verdict: Verdict,
 }
 
@@ -188,16 +174,16 @@ fn beat(tone: &Tone, equations: &Equations) -> Beat {
 /// contradicts the ramps and a slow target's beat does not.
 fn beats(tones: &[Tone; 3], signed: bool, equations: &Equations) -> ([Beat; 3], bool) {
     let beats = tones.each_ref().map(|tone| beat(tone, equations));
-    let agree = |beats: &[Beat; 3]| {
-        excess(signs(beats, signed, equations).0, total(beats, equations)) <= 1.0
-    };
-    let [up, own, down] = beats;
-    let slow = [up, Beat { steps: 0, variance: equations.edge }, down];
-    let [_, Tone { verdict, .. }, _] = *tones;
+    let agree = |beats: &[Beat; 3], told| least_excess(beats, told, signed, equations) <= 1.0;
+    let [_, own, _] = beats;
+    let [rising, flat, falling] = *tones;
+    let slow = vague_flat(&[rising, Tone::ZERO, falling], EDGE_BINS, equations);
+    let verdict = flat.verdict;
     // The variance is a third of the square of 1.5 bins.
     let beside = squared(own.steps) < 3.0 * equations.edge;
     let unseen = matches!(verdict, Verdict::Weak | Verdict::NoSignal);
-    if verdict.usable() > Usable::WithinSigma && beside || unseen && !agree(&beats) && agree(&slow)
+    if verdict.usable() > Usable::WithinSigma && beside
+        || unseen && !agree(&beats, true) && agree(&slow, false)
     {
         (slow, false)
     } else {
@@ -205,8 +191,12 @@ fn beats(tones: &[Tone; 3], signed: bool, equations: &Equations) -> ([Beat; 3], 
     }
 }
 
-/// The squared contradiction, in variances, from which the beats do not belong to one target: five standard deviations.
-const CONTRADICTION: f32 = 25.0;
+/// The beats where the flat one is only known within some bins.
+fn vague_flat([up, flat, down]: &[Tone; 3], bins: f32, equations: &Equations) -> [Beat; 3] {
+    let wider = bins / EDGE_BINS;
+    let variance = wider * wider * equations.edge;
+    [beat(up, equations), Beat { variance, ..beat(flat, equations) }, beat(down, equations)]
+}
 
 /// The sign patterns of real beats (up, flat, down): approaching, receding, and either so fast that the Doppler shift
 /// exceeds the range beat. All others have a negative range.
@@ -222,43 +212,62 @@ fn weights(equations: &Equations) -> [f32; 3] {
 ///
 /// A slow target's flat beat is beside 0 Hz, where a line is `near-edge` or not seen at all. Then both ramps give range and velocity, and
 /// the flat segment only excludes a larger Doppler shift.
-///
-/// Cost: six products of 64 bits, and some forty operations of 32-bit floats.
 pub fn trapezoid(tones: &[Tone; 3], signed: bool, equations: &Equations) -> Target {
-    let (beats, told) = beats(tones, signed, equations);
+    let lines = tones.each_ref().map(|tone| first([Line::from(*tone)].into_iter()));
+    solve(&lines, 0, signed, equations, None)
+}
+
+/// Tells the targets that three beats may belong to: one for each pattern of signs. A `vague` flat beat is somewhere within so many bins of
+/// the flat tone's frequency.
+pub(crate) fn segments(
+    tones: &[Tone; 3],
+    vague: Option<f32>,
+    signed: bool,
+    equations: &Equations,
+    mut tell: impl FnMut(Hypothesis),
+) {
     let [rising, _, falling] = tones;
+    let (beats, told) = match vague {
+        Some(bins) => (vague_flat(tones, bins, equations), false),
+        None => beats(tones, signed, equations),
+    };
     let seen = if told { &tones[..] } else { &[*rising, *falling] };
-    let (violation, y) = signs(&beats, signed, equations);
-    let error = violation as f32;
     let [up, flat, down] = weights(equations);
     let total = total(&beats, equations);
     let [v1, v2, v3] = beats.map(|b| b.variance / total);
-    // The share of each ramp. Its rounding to a step of 2^-32 is far below any sigma.
-    let ramps = [y[0] - (error * (up * v1)) as i64, y[2] - (error * (down * v3)) as i64];
     let sigma = |scales: &[Scale; 2]| {
         let [m1, m3] = scales.map(|scale| scale.float);
         let across = m1 * down - m3 * up;
         let alone = v1 * v3 * across * across;
         root(total * (alone + flat * flat * v2 * (m1 * m1 * v1 + m3 * m3 * v3)))
     };
-    let target = Target {
-        sigma_range: sigma(&equations.range),
-        sigma_velocity: sigma(&equations.velocity),
-        ambiguity: Ambiguity::None,
-        verdict: worst(seen, excess(violation, total) > 1.0),
-        ..place(ramps, equations)
-    };
-    judged(target)
+    for Signed { signs, violation, y } in patterns(&beats, signed, equations) {
+        let error = violation as f32;
+        // The share of each ramp. Its rounding to a step of 2^-32 is far below any sigma.
+        let ramps = [y[0] - (error * (up * v1)) as i64, y[2] - (error * (down * v3)) as i64];
+        let (range, velocity) = place(ramps, equations);
+        let squares = SAME * excess(violation, &beats, told, equations);
+        tell(Hypothesis {
+            range,
+            velocity,
+            sigma_range: sigma(&equations.range),
+            sigma_velocity: sigma(&equations.velocity),
+            signs,
+            verdict: worst(seen, squares > SAME),
+            beats: -0.5 * (squares + libm::logf(total)),
+            levels: 0.0,
+            last: 0.0,
+        });
+    }
 }
 
 /// Range and velocity from the signed beats of both ramps.
-fn place(ramps: [i64; 2], equations: &Equations) -> Target {
+fn place(ramps: [i64; 2], equations: &Equations) -> (I32F32, I32F32) {
     let sum = |[up, down]: [Scale; 2]| {
         metres(ramps[0], up.fixed).saturating_add(metres(ramps[1], down.fixed))
     };
     let velocity = sum(equations.velocity);
-    let range = stretched(sum(equations.range), velocity);
-    Target { range, velocity, ..Target::default() }
+    (stretched(sum(equations.range), velocity), velocity)
 }
 
 /// The range without the share `2 V / c` by which its beat grows while the echo is under way.
@@ -274,21 +283,24 @@ pub(crate) fn in_steps(x: f32) -> I32F32 {
     I32F32::from_bits((x * 4_294_967_296.0) as i64)
 }
 
-/// Marks a target with a negative range as not good.
-fn judged(target: Target) -> Target {
-    let least = if target.range < 0 { Verdict::Unresolved } else { Verdict::Good };
-    Target { verdict: target.verdict.max(least), ..target }
-}
-
 /// The variance of the condition.
 fn total(beats: &[Beat; 3], equations: &Equations) -> f32 {
     let weights = weights(equations);
     beats.iter().zip(weights).map(|(beat, weight)| beat.variance * weight * weight).sum()
 }
 
-/// A violation squared, over its variance, with 1 at five standard deviations.
-fn excess(violation: i64, total: f32) -> f32 {
-    squared(violation) / (CONTRADICTION * total)
+/// A violation squared, over its variance, with 1 at five standard deviations. A flat beat that is not `told` is anywhere within some bins:
+/// only what is beyond is a violation, and its variance is that of the ramps.
+fn excess(violation: i64, beats: &[Beat; 3], told: bool, equations: &Equations) -> f32 {
+    let total = total(beats, equations);
+    if told {
+        return squared(violation) / (SAME * total);
+    }
+    let ([_, flat, _], [_, weight, _]) = (weights(equations), beats.map(|beat| beat.variance));
+    let place = flat * flat * weight;
+    // The variance is a third of the square.
+    let beyond = (root(squared(violation)) - root(3.0 * place)).max(0.0);
+    beyond * beyond / (SAME * (total - place).max(LEAST_VARIANCE))
 }
 
 /// Steps of 2^-32 as cycles, squared.
@@ -297,37 +309,45 @@ fn squared(steps: i64) -> f32 {
     cycles * cycles
 }
 
-/// The violation of the condition and the signed beats, for the sign pattern that violates it
-/// least.
-fn signs(beats: &[Beat; 3], signed: bool, equations: &Equations) -> (i64, [i64; 3]) {
-    let [flat, down] = equations.condition;
-    let [y1, y2, y3] = beats.map(|beat| beat.steps);
-    let (w2, w3) = (metres(y2, flat.fixed).to_bits(), metres(y3, down.fixed).to_bits());
-    let violation = |[s1, s2, s3]: [i64; 3]| {
-        (s1 * y1).saturating_add(s2.saturating_mul(w2)).saturating_add(s3.saturating_mul(w3))
-    };
-    let mut best = (violation([1; 3]), [y1, y2, y3]);
-    let mut least = i64::MAX;
-    if signed {
-        return unwarped(best, equations);
-    }
-    for signs in PATTERNS {
-        let [s1, s2, s3] = signs;
-        let error = violation(signs);
-        if s1 * y1 >= s3 * y3 && error.saturating_abs() < least {
-            least = error.saturating_abs();
-            best = (error, [s1 * y1, s2 * y2, s3 * y3]);
-        }
-    }
-    unwarped(best, equations)
+/// The beats with signs, and how they violate the condition.
+struct Signed {
+    /// The signs of both ramps.
+    signs: [i8; 2],
+    violation: i64,
+    /// Corrected to straight ramps.
+    y: [i64; 3],
 }
 
-/// The violation and the beats, corrected to straight ramps.
-fn unwarped((violation, y): (i64, [i64; 3]), equations: &Equations) -> (i64, [i64; 3]) {
+/// The signed beats for each pattern of signs: one for I/Q beats, up to four for real ones.
+fn patterns(
+    beats: &[Beat; 3],
+    signed: bool,
+    equations: &Equations,
+) -> impl Iterator<Item = Signed> {
+    let [flat, down] = equations.condition;
     let [_, _, weight] = weights(equations);
-    let warp = warp([y[0], y[2]], equations);
-    let error = warp as f32 * (1.0 + weight);
-    (violation.saturating_add(error as i64), [y[0] + warp, y[1], y[2] + warp])
+    let [y1, y2, y3] = beats.map(|beat| beat.steps);
+    let (w2, w3) = (metres(y2, flat.fixed).to_bits(), metres(y3, down.fixed).to_bits());
+    let all: &[[i64; 3]] = if signed { &[[1; 3]] } else { &PATTERNS };
+    let possible = all.iter().filter(move |[s1, _, s3]| signed || s1 * y1 >= s3 * y3);
+    possible.map(move |[s1, s2, s3]| {
+        let violation =
+            (s1 * y1).saturating_add(s2.saturating_mul(w2)).saturating_add(s3.saturating_mul(w3));
+        let warp = warp([s1 * y1, s3 * y3], equations);
+        let error = warp as f32 * (1.0 + weight);
+        Signed {
+            signs: [*s1 as i8, *s3 as i8],
+            violation: violation.saturating_add(error as i64),
+            y: [s1 * y1 + warp, s2 * y2, s3 * y3 + warp],
+        }
+    })
+}
+
+/// The least contradiction of all patterns of signs, squared, with 1 at five standard deviations.
+fn least_excess(beats: &[Beat; 3], told: bool, signed: bool, equations: &Equations) -> f32 {
+    let all = patterns(beats, signed, equations);
+    let all = all.map(|Signed { violation, .. }| excess(violation, beats, told, equations));
+    all.fold(f32::INFINITY, f32::min)
 }
 
 /// The reduction of both beats by bent ramps, steps of 2^-32 cycles per sample.
@@ -335,64 +355,119 @@ fn warp(ramps: [i64; 2], equations: &Equations) -> i64 {
     if equations.warp == 0.0 {
         return 0;
     }
-    let range: f32 = place(ramps, equations).range.to_num();
+    let range: f32 = place(ramps, equations).0.to_num();
     (equations.warp * range * range * 4_294_967_296.0) as i64
 }
 
 /// The contradiction between the three beats of a trapezoid, squared, with 1 at five standard deviations. Above 1, [`trapezoid`] calls them
 /// unresolved.
 pub fn contradiction(tones: &[Tone; 3], signed: bool, equations: &Equations) -> f32 {
-    let (beats, _) = beats(tones, signed, equations);
-    let (violation, _) = signs(&beats, signed, equations);
-    excess(violation, total(&beats, equations))
+    let (beats, told) = beats(tones, signed, equations);
+    least_excess(&beats, told, signed, equations)
 }
 
 /// Solves a triangle, or the two ramps of a trapezoid, from two tones (up, down).
 ///
-/// Real beats fit two targets, with the roles of range and Doppler exchanged. The answer is the
-/// target with the larger range beat; the other target is its ambiguity.
-///
-/// Cost: four products of 64 bits, eight for real beats.
+/// Real beats fit two targets, with the roles of range and Doppler exchanged: the answer is [`Verdict::Ambiguous`] unless the bounds of
+/// range and velocity exclude one of them.
 pub fn triangle(tones: &[Tone; 2], signed: bool, equations: &Equations) -> Target {
+    let equations = &Equations { shape: Shape::Triangle, ..*equations };
+    let [up, down] = tones.each_ref().map(|tone| first([Line::from(*tone)].into_iter()));
+    solve(&[up, Vec::new(), down], 0, signed, equations, None)
+}
+
+/// Tells the targets that the beats of two ramps may belong to: one for I/Q beats, two for real ones.
+pub(crate) fn ramps(
+    tones: &[Tone; 2],
+    signed: bool,
+    equations: &Equations,
+    mut tell: impl FnMut(Hypothesis),
+) {
     let [up, down] = tones.each_ref().map(|tone| beat(tone, equations));
     let sigma = |[m1, m3]: [Scale; 2]| {
         root(m1.float * m1.float * up.variance + m3.float * m3.float * down.variance)
     };
-    let place = |ramps: [i64; 2]| {
-        let warp = warp(ramps, equations);
-        place(ramps.map(|beat| beat + warp), equations)
-    };
-    let (target, ambiguity) = if signed {
-        (place([up.steps, down.steps]), Ambiguity::None)
-    } else {
-        // Faster than its range beat: both beats have the sign of the Doppler shift.
-        let sign = if down.steps < up.steps { 1 } else { -1 };
-        let other = place([sign * up.steps, sign * down.steps]);
-        let Target { range, velocity, .. } = other;
-        (place([up.steps, -down.steps]), Ambiguity::Exchange { range, velocity })
-    };
-    judged(Target {
-        sigma_range: sigma(equations.range),
-        sigma_velocity: sigma(equations.velocity),
-        ambiguity,
-        verdict: worst(tones, false),
-        ..target
-    })
+    let (sigma_range, sigma_velocity) = (sigma(equations.range), sigma(equations.velocity));
+    // Slower than its range beat: the beats have different signs. Faster: both have the sign of the Doppler shift.
+    let sign = if down.steps < up.steps { 1 } else { -1 };
+    let signs: &[[i64; 2]] = if signed { &[[1, 1]] } else { &[[1, -1], [sign, sign]] };
+    for &[s1, s3] in signs {
+        let beats = [s1 * up.steps, s3 * down.steps];
+        let warp = warp(beats, equations);
+        let (range, velocity) = place(beats.map(|beat| beat + warp), equations);
+        let verdict = worst(tones, false);
+        let (beats, levels, last) = (0.0, 0.0, 0.0);
+        tell(Hypothesis {
+            range,
+            velocity,
+            sigma_range,
+            sigma_velocity,
+            signs: [s1 as i8, s3 as i8],
+            verdict,
+            beats,
+            levels,
+            last,
+        });
+    }
 }
 
-/// Solves a sawtooth from its single tone: the range of a target at rest.
-pub fn sawtooth(tone: &Tone, equations: &Equations) -> Target {
+/// The answer to a chirp without any line on one of its ramps.
+pub(crate) fn unseen(lines: &Lines) -> Target {
+    let tones = lines.iter().flatten().map(|line| line.tone.verdict);
+    Target {
+        velocity: None,
+        sigma_range: f32::INFINITY,
+        sigma_velocity: f32::INFINITY,
+        verdict: tones.fold(Verdict::NoSignal, Verdict::max),
+        ..Target::default()
+    }
+}
+
+/// Solves a sawtooth from its single tone. `signed` is true for an I/Q beat, whose sign is known.
+///
+/// The beat couples range and velocity: without a bound of the velocity the range is that of a target at rest, the velocity is not known,
+/// and the answer is [`Verdict::Ambiguous`]. A bound of the velocity decides: the range is the mean over the velocities that the bounds
+/// allow, and its sigma covers them, as a uniform distribution.
+pub fn sawtooth(tone: &Tone, signed: bool, equations: &Equations) -> Target {
     let up = beat(tone, equations);
-    let [scale, _] = equations.range;
+    let ([scale, _], [speed, _]) = (equations.range, equations.velocity);
     let warp = warp([up.steps, 0], equations);
-    judged(Target {
-        range: metres(up.steps.saturating_add(warp), scale.fixed),
-        velocity: I32F32::ZERO,
-        sigma_range: scale.float.abs() * root(up.variance),
+    let range = metres(up.steps.saturating_add(warp), scale.fixed);
+    let sigma_range = scale.float.abs() * root(up.variance);
+    let mut target = Target {
+        range,
+        velocity: None,
+        sigma_range,
         sigma_velocity: f32::INFINITY,
         ambiguity: Ambiguity::Coupled,
         verdict: tone.verdict,
-    })
+    };
+    // Metres of range for one metre per second.
+    let coupling = scale.float / speed.float;
+    let resting: f32 = range.to_num();
+    let bounds = &equations.bounds;
+    let [nearest, farthest] = [bounds.range[0].max(0.0), bounds.range[1]];
+    let [slowest, fastest] = bounds.velocity;
+    // A real beat may be that of a target so fast that its Doppler shift exceeds the range's beat.
+    let fast = !signed && coupling * fastest - resting.abs() >= nearest;
+    if bounds.limit_velocity() && coupling > 0.0 && !fast {
+        // The velocities that the bounds of the range allow, too.
+        let low = slowest.max((nearest - resting) / coupling);
+        let high = fastest.min((farthest - resting) / coupling);
+        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low).max(0.0));
+        let possible = (low - high) * coupling <= root(SAME) * sigma_range;
+        let least = if possible { Verdict::Good } else { Verdict::Unresolved };
+        target.range =
+            stretched(range.saturating_add(in_steps(coupling * middle)), in_steps(middle));
+        target.sigma_range =
+            root(up.variance * scale.float * scale.float + coupling * coupling * half * half / 3.0);
+        target.ambiguity = Ambiguity::Decided(Decision::Bound);
+        target.verdict = target.verdict.max(least);
+    } else if target.verdict.usable() < Usable::No {
+        target.verdict = target.verdict.max(Verdict::Ambiguous);
+    }
+    let least = if target.range < 0 { Verdict::Unresolved } else { Verdict::Good };
+    Target { verdict: target.verdict.max(least), ..target }
 }
 
 fn worst(tones: &[Tone], contradiction: bool) -> Verdict {

@@ -16,6 +16,7 @@
 //!
 //! Ye et al. 2022 (section 1) give the magnitudes for one carrier and a range that does not change within the chirp.
 
+use super::bounds::Bounds;
 use super::chirp::{Mixing, Scale, Shape};
 use crate::config::{ConfigError, SPEED_OF_LIGHT};
 use crate::tone::evidence::EDGE_BINS;
@@ -98,6 +99,15 @@ pub struct Equations {
     /// The flat and the falling beat's weights in the condition `up + flat + down = 0` that the three beats of a target
     /// satisfy; 0 for the other shapes.
     pub condition: [Scale; 2],
+    /// The rise of the rising ramp's beat within a record, in cycles per sample for one metre per second: a target's motion moves its range
+    /// and its Doppler shift. The falling ramp's beat rises by as much the other way.
+    pub rise: f32,
+    /// Seconds from the record of the rising ramp to that of the falling one.
+    pub apart: f32,
+    /// Samples in a record: the error of a line's level falls with it. With 0 no level is known.
+    pub samples: f32,
+    /// The ranges and velocities that a target may have.
+    pub bounds: Bounds,
 }
 
 impl Chirp {
@@ -130,12 +140,14 @@ impl Chirp {
         let down = Middle { time_s: within + last, slope: -fallen.slope, ..fallen };
         let t0 = 0.5 * (up.time_s + down.time_s);
         let (a, b) = (up.row(t0), down.row(t0));
-        let none = Scale::default();
+        let per_metre = 2.0 / SPEED_OF_LIGHT;
+        let (none, samples, bounds) = (Scale::default(), n as f32, Bounds::default());
+        let rise = -2.0 * orientation * per_metre * rising.slope * n as f64 / (rate_hz * rate_hz);
+        let (rise, apart) = (rise as f32, last as f32);
         let edge = EDGE_BINS / n.max(1) as f32;
         let edge = edge * edge / 3.0;
         // The carrier's second derivative, half of it, times the square of the delay.
         let half = -4.0 * self.sweep_curvature * bandwidth_hz / (duration_s * duration_s);
-        let per_metre = 2.0 / SPEED_OF_LIGHT;
         let warp = (orientation * half * per_metre * per_metre / rate_hz) as f32;
         if shape == Shape::Sawtooth {
             let [range, _] = up.row(up.time_s);
@@ -149,6 +161,10 @@ impl Chirp {
                 range: [scale(1.0 / range)?, none],
                 velocity: [scale(1.0 / doppler)?, none],
                 condition: [none; 2],
+                rise,
+                apart,
+                samples,
+                bounds,
             });
         }
         let determinant = a[0] * b[1] - a[1] * b[0];
@@ -167,7 +183,18 @@ impl Chirp {
             let share = Scale::new(share).ok_or(ConfigError::Scale)?;
             condition = [share, Scale::new(weight).ok_or(ConfigError::Scale)?];
         }
-        Ok(Equations { shape, range, velocity, warp, edge, condition })
+        Ok(Equations {
+            shape,
+            range,
+            velocity,
+            warp,
+            edge,
+            condition,
+            rise,
+            apart,
+            samples,
+            bounds,
+        })
     }
 
     /// Carrier and slope of a rising ramp, at the share `x` of its way up. A falling ramp goes back the same way.

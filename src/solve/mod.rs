@@ -1,9 +1,12 @@
 //! From tones to range and velocity, in one block and over many.
 
+pub mod bounds;
+pub mod candidates;
 pub mod chirp;
 pub mod displacement;
 pub mod doppler;
 pub mod equations;
+pub(crate) mod hypotheses;
 pub mod pairing;
 pub(crate) mod segments;
 pub mod sequence;

@@ -3,7 +3,7 @@
 //!
 //! The beats of one target satisfy one condition (see [`super::chirp`]) and are equally strong. Beats of different targets do both by
 //! chance, and make a ghost. But one chirp later a ghost is not where its own velocity takes it: its beats move as three targets do. So a
-//! triple of beats is a target if the chirps before led to it. Until then its verdict is `Unresolved`.
+//! triple of beats is a target if the chirps before led to it. Until then its verdict is `Ambiguous`.
 
 use super::chirp::{self, Target};
 use super::equations::Equations;
@@ -140,7 +140,7 @@ impl Pairing {
             let course = TargetHypothesis { target, misses: 0, sure: false, seen: true };
             // Without room the target is seen anew in the next chirp.
             let _ = self.courses.push(course);
-            let verdict = target.verdict.max(Verdict::Unresolved);
+            let verdict = target.verdict.max(Verdict::Ambiguous);
             let _ = targets.push(Target { verdict, ..target });
         }
         targets
@@ -203,10 +203,11 @@ impl Pairing {
         let MotionModel { period_s, acceleration } = self.habits;
         let time = period_s * (1.0 + f32::from(course.misses));
         let old = &course.target;
-        let velocity: f32 = old.velocity.to_num();
+        let of = |target: &Target| target.velocity.unwrap_or_default().to_num::<f32>();
+        let velocity = of(old);
         let range: f32 = old.range.to_num();
         let off_range = target.range.to_num::<f32>() - (range - velocity * time);
-        let off_velocity = target.velocity.to_num::<f32>() - velocity;
+        let off_velocity = of(target) - velocity;
         let sigma_range = libm::hypotf(
             libm::hypotf(old.sigma_range, target.sigma_range),
             old.sigma_velocity * time,

@@ -9,8 +9,11 @@
 //!
 //! A real record's beat must be positive: a real record shows a target whose Doppler shift exceeds its range beat with the wrong sign.
 
-use super::chirp::{Ambiguity, Scale, Shape, Target, in_steps, metres, stretched};
+use super::bounds::Bounds;
+use super::candidates::{Ambiguity, Candidate, Candidates, Decision};
+use super::chirp::{Scale, Shape, Target, in_steps, metres, stretched};
 use super::equations::Equations;
+use super::hypotheses::WRONG;
 use crate::acquire::sample::Stamp;
 use crate::config::SPEED_OF_LIGHT;
 use crate::math::scalar::Scalar as _;
@@ -21,6 +24,9 @@ use heapless::Vec;
 
 /// The most targets that are listed.
 pub const LISTED: usize = 8;
+
+/// The most whole turns that are tried.
+const TRIED: i32 = 1024;
 
 /// The fewest and the most chirps that a line goes through. After the most it starts anew.
 const FEWEST: f32 = 3.0;
@@ -62,6 +68,7 @@ impl Line {
 pub struct Sequence {
     range: Scale,
     velocity: Scale,
+    bounds: Bounds,
     /// Samples from chirp to chirp.
     period: f32,
     /// The first and the last chirp of the line, if there is one.
@@ -82,21 +89,25 @@ impl Sequence {
         let usable = period > 0 && equations.shape == Shape::Sawtooth;
         let period = period as f32;
         let ends = None;
-        let sequence = Self { range, velocity, period, ends, turn: 0.0, turns: 0.0, phases, beats };
+        let bounds = equations.bounds;
+        let sequence =
+            Self { range, velocity, bounds, period, ends, turn: 0.0, turns: 0.0, phases, beats };
         usable.then_some(sequence)
     }
 
     /// Takes the target's tone of the next chirp, with its sample rate. Returns the targets that the sequence agrees with so far, the one
     /// nearest to the range's own movement first; none before the third chirp. Their ranges belong to this chirp.
     ///
-    /// The verdict of a single target is its beat's. If several targets are listed, one of their velocities is the true one and each is
-    /// [`Verdict::Unresolved`]; so is a single target that contradicts the range's movement.
+    /// The verdict of a single target is its beat's. If several targets are listed, one of their velocities is the true one, each is
+    /// [`Verdict::Ambiguous`], and each has the first of them as its candidates. The bounds of the equations exclude some. A single target
+    /// that contradicts the range's movement is [`Verdict::Unresolved`].
     ///
-    /// A gap, a tone that is not good, or a phase off the line starts the sequence anew.
+    /// A target's own motion moves its beat within a chirp: such a beat is [`Verdict::Moving`], and continues the sequence. A gap, any
+    /// other tone that is not good, or a phase off the line starts the sequence anew.
     ///
     /// Cost: about a hundred operations, and thirty for each target.
     pub fn push(&mut self, stamp: &Stamp, phasor: &ToneWithPhase) -> Vec<Target, LISTED> {
-        if phasor.tone.verdict != Verdict::Good {
+        if phasor.tone.verdict > Verdict::Moving {
             self.ends = None;
             return Vec::new();
         }
@@ -158,23 +169,64 @@ impl Sequence {
         let coarse = -rate * moved / step;
         let sigma = if rate != 0.0 { (rate * sigma_moved / step).abs() } else { f32::INFINITY };
         let nearest = libm::roundf(coarse + turns);
+        let both = libm::hypotf(sigma, sigma_turns);
         let mut targets: Vec<Target, LISTED> = Vec::new();
-        for place in 0..LISTED as i32 {
+        let mut odds: Vec<f32, LISTED> = Vec::new();
+        let mut excluded = false;
+        for place in 0..TRIED {
             // 0, 1, -1, 2, -2, ...
             let away = if place & 1 == 0 { -place / 2 } else { (place + 1) / 2 };
             let whole = nearest + away as f32 - turns;
-            let agrees = (whole - coarse).abs() <= SURE * libm::hypotf(sigma, sigma_turns);
+            let off = (whole - coarse).abs();
+            let agrees = off <= SURE * both;
+            if place > 1 && !agrees {
+                // The other side may agree by one more.
+                continue;
+            }
             if place == 0 || agrees {
                 let target = self.target(tone, whole, sigma_turns);
                 let verdict = if agrees { target.verdict } else { Verdict::Unresolved };
-                // There is room for all that are tried.
-                let _ = targets.push(Target { verdict, ..target });
+                if !self.holds(&target) {
+                    excluded = true;
+                    continue;
+                }
+                if targets.push(Target { verdict, ..target }).is_err() {
+                    break;
+                }
+                let deviations = off / both;
+                let _ = odds.push(libm::expf(-0.5 * deviations * deviations).max(WRONG * WRONG));
             }
         }
-        if targets.len() > 1 {
-            targets.iter_mut().for_each(|target| target.verdict = Verdict::Unresolved);
+        if targets.is_empty() {
+            // The bounds exclude all.
+            let target = self.target(tone, nearest - turns, sigma_turns);
+            let _ =
+                targets.push(Target { verdict: target.verdict.max(Verdict::Unresolved), ..target });
+        } else if targets.len() > 1 {
+            let sum: f32 = odds.iter().sum();
+            let all = targets.iter().zip(&odds).map(|(target, odds)| Candidate {
+                range: target.range,
+                velocity: target.velocity.unwrap_or_default(),
+                odds: odds / sum,
+            });
+            let ambiguity = Ambiguity::Several(Candidates::new(all));
+            for target in &mut targets {
+                (target.ambiguity, target.verdict) =
+                    (ambiguity, target.verdict.max(Verdict::Ambiguous));
+            }
+        } else if let [target] = targets.as_mut_slice()
+            && excluded
+        {
+            target.ambiguity = Ambiguity::Decided(Decision::Bound);
         }
         targets
+    }
+
+    /// Whether a target is within the bounds.
+    fn holds(&self, target: &Target) -> bool {
+        let Target { range, velocity, sigma_range, sigma_velocity, .. } = *target;
+        let velocity: f32 = velocity.unwrap_or_default().to_num();
+        self.bounds.hold([range.to_num(), SURE * sigma_range], [velocity, SURE * sigma_velocity])
     }
 
     /// The target that approaches by this Doppler shift, in turns a chirp.
@@ -193,7 +245,7 @@ impl Sequence {
         let least = if range_m < 0 { Verdict::Unresolved } else { Verdict::Good };
         Target {
             range: range_m,
-            velocity: approach,
+            velocity: Some(approach),
             sigma_range: of(libm::hypotf(tone.sigma, sigma_shift), range),
             sigma_velocity: of(sigma_shift, velocity),
             ambiguity: Ambiguity::None,

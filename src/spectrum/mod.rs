@@ -53,6 +53,7 @@ pub struct Size {
 
 impl Size {
     /// Bins from one to another, round the circle for I/Q.
+    #[inline(always)] // a size that is known at compile time leaves little of it
     pub(crate) const fn apart(self, a: i32, b: i32) -> i32 {
         let (apart, n) = (a.wrapping_sub(b), self.n as i32);
         if !self.iq {

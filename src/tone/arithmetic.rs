@@ -13,7 +13,8 @@ pub enum Arithmetic {
 impl Arithmetic {
     /// Fixed on microcontrollers without a floating-point unit (targets whose ABI is not `eabihf`), float elsewhere. Each gives equal bits
     /// on every machine. The two differ by less than a tenth of the Cramér-Rao bound. Only `Float` has the nearest-bin refinement for
-    /// tones with neighbours: with `Fixed` such a tone stays unresolved, and its sigma is wide.
+    /// tones with neighbours, and the search for several targets of a chirp: with `Fixed` such a tone or target stays unresolved, and its
+    /// sigma is wide.
     pub const fn from_core() -> Self {
         if cfg!(all(target_os = "none", not(target_abi = "eabihf"))) {
             Arithmetic::Fixed

@@ -32,6 +32,11 @@ impl Effort {
         Self::Full,
     ];
 
+    /// Whether a good tone is one by itself, and not beside other lines that were fitted as well.
+    pub(crate) const fn is_one_tone(self) -> bool {
+        matches!(self, Self::Look | Self::One)
+    }
+
     /// The name in commands and JSON.
     pub const fn name(self) -> &'static str {
         match self {

@@ -2,8 +2,8 @@
 
 use super::judge::LineClass;
 use super::verdict::{Reasons, Verdict};
-use crate::tone::Tone;
 use crate::tone::sigma::CLIPPED;
+use crate::tone::{FrequencyDrift, Tone};
 
 /// A fit to a real tone nearer to DC or Nyquist than this many bins cannot separate the mirror image from the tone. A fit to an I/Q tone
 /// nearer to DC cannot separate the converter's offset from the tone: the peak is the next bin then.
@@ -33,6 +33,8 @@ pub struct Evidence {
     pub detected: bool,
     /// The line's class, by the fit's residual.
     pub line: LineClass,
+    /// The rise of the frequency within the record, where the line's class is [`LineClass::Moving`].
+    pub drift: Option<FrequencyDrift>,
     /// An I/Q record has too strong a line at minus the frequency.
     pub image: bool,
     /// The lines are made by a fault of the digital front end, see [`super::front_end`].
@@ -65,6 +67,7 @@ impl Evidence {
             found: true,
             detected: true,
             line: LineClass::Steady,
+            drift: None,
             image: false,
             front_end: false,
             gap: false,
@@ -83,7 +86,7 @@ impl Evidence {
     pub fn rules(&self) -> [(bool, Verdict); 12] {
         #[rustfmt::skip]
         let Self {
-            said: _, found, detected, line, image, front_end, gap, outside, beyond, clipped, edge_bins, sigma,
+            said: _, found, detected, line, drift: _, image, front_end, gap, outside, beyond, clipped, edge_bins, sigma,
         } = *self;
         // A sigma or a frequency that is NaN is not good.
         let (known, inside) = (sigma < WHOLE_SPECTRUM, edge_bins >= EDGE_BINS);
@@ -172,7 +175,8 @@ mod tests {
         for (evidence, expected) in parts {
             assert_eq!(verdict(&evidence), expected, "{evidence:?}");
         }
-        for verdict in Verdict::ALL {
+        // Only a target is ambiguous.
+        for verdict in Verdict::ALL.into_iter().filter(|&verdict| verdict != Verdict::Ambiguous) {
             assert!(parts.iter().any(|(_, expected)| *expected == verdict), "{verdict}");
         }
     }

@@ -217,11 +217,13 @@ pub(crate) fn weigh<R: Record, const N: usize>(
         sigma = unusual::by_method::<R>(N, options.method, offset, fit, inflated, sigma);
     }
     let unseen = unseen(around.engine_error, &options.width, sigma, fit, N, reported_noise);
+    let moving = class == LineClass::Moving;
     let evidence = Evidence {
         said: Reasons::NONE,
         found: true,
         detected: selection.is_some(),
         line: class,
+        drift: moving.then(|| FrequencyDrift::from_fit(fit, N, noise)),
         image,
         front_end,
         gap: stamp.gap,

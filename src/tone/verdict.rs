@@ -97,6 +97,10 @@ verdicts! {
     /// The peak is below the detection threshold: it may be noise.
     5 Weak "weak" No 64,
         "The line is too weak to be told from noise.";
+    /// The beats of a chirp fit several targets, and nothing decides between them; or a sawtooth couples a target's range with its velocity.
+    /// A tone is never ambiguous.
+    11 Ambiguous "ambiguous" No 0,
+        "The beats fit several targets: a bound of range or velocity, or the next chirp, decides.";
     /// The lines of the record look as a fault of the digital front end makes them: codes that wrap, or samples of a word that changed
     /// places. The true tone may be another line.
     10 FrontEnd "front-end" No 0,

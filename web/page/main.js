@@ -334,7 +334,7 @@ function show(row) {
     figures.push(figureOf("Range", target.range_m, target.sigma_range_m, "m"));
     truth(target.truth_m, target.range_m, target.sigma_range_m, "m");
   }
-  if (target) {
+  if (target && Number.isFinite(target.velocity_mps)) {
     figures.push(figureOf("Velocity", target.velocity_mps, target.sigma_velocity_mps, "m/s"));
     truth(target.truth_mps, target.velocity_mps, target.sigma_velocity_mps, "m/s");
   }

@@ -27,6 +27,7 @@ export const SIGNS = {
   image: "\u21c4",
   gap: "\u2026",
   weak: "\u223f",
+  ambiguous: "\u2442",
   "front-end": "\u21af",
   "no-signal": "\u2205",
   "wrong-codes": "\u2260",

@@ -2,7 +2,6 @@
 
 use picket_dsp::acquire::sample::Stamp;
 use picket_dsp::pipeline::{Measurement, Outcome};
-use picket_dsp::solve::chirp::Ambiguity;
 
 macro_rules! answer {
     ($($(#[$doc:meta])* $name:ident),* $(,)?) => {
@@ -66,7 +65,7 @@ answer! {
     sigma_velocity_mps,
     /// The verdict of range and velocity.
     outcome_verdict,
-    /// 0 none, 1 exchange, 2 coupled.
+    /// 0 none, 1 several targets fit, 2 coupled; decided by 3 a bound, 4 the last chirp, 5 the levels.
     ambiguity,
     /// What a simulated tone's frequency is.
     truth_hz,
@@ -117,14 +116,10 @@ impl Answer {
             }
             Outcome::Target(t) => {
                 (row.range_m, row.sigma_range_m) = (t.range.to_num(), t.sigma_range.into());
-                row.velocity_mps = t.velocity.to_num();
+                row.velocity_mps = t.velocity.map_or(f64::NAN, |velocity| velocity.to_num());
                 row.sigma_velocity_mps = t.sigma_velocity.into();
                 row.outcome_verdict = f64::from(t.verdict as u8);
-                row.ambiguity = match t.ambiguity {
-                    Ambiguity::None => 0.0,
-                    Ambiguity::Exchange { .. } => 1.0,
-                    Ambiguity::Coupled => 2.0,
-                };
+                row.ambiguity = f64::from(t.ambiguity.number());
             }
         }
         row

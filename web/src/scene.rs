@@ -282,7 +282,7 @@ mod tests {
                         .push((v.velocity.to_num::<f64>() - velocity_mps) / f64::from(v.sigma));
                 }
                 Outcome::Target(t) => {
-                    let velocity = t.velocity.to_num::<f64>() - velocity_mps;
+                    let velocity = t.velocity.unwrap().to_num::<f64>() - velocity_mps;
                     errors[1].push(velocity / f64::from(t.sigma_velocity));
                     errors[2].push((t.range.to_num::<f64>() - range_m) / f64::from(t.sigma_range));
                 }

@@ -15,6 +15,7 @@ use crate::settings_error::SettingsError;
 use heapless::Vec;
 
 /// A question or an order.
+#[expect(clippy::large_enum_variant, reason = "nothing is allocated here, and there is one of it")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Command {
     /// Asks for the boot record; answered by a [`super::boot::Boot`].
@@ -172,7 +173,11 @@ impl Request {
             (5, body) => {
                 if !matches!(
                     body.len(),
-                    Settings::SHORT | Settings::LONG | Settings::WIDE | Settings::BYTES
+                    Settings::SHORT
+                        | Settings::LONG
+                        | Settings::WIDE
+                        | Settings::MODED
+                        | Settings::BYTES
                 ) {
                     return unknown;
                 }

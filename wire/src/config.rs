@@ -158,6 +158,8 @@ fn fields(reader: &mut Reader<'_>) -> Option<(bool, u32, Config)> {
         },
         effort: Effort::from_number(how >> 4)?,
         false_alarm,
+        range_m: None,
+        velocity_mps: None,
         scene: match scene {
             0 => Scene::Tone,
             1 => Scene::Doppler {

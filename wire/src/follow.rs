@@ -15,13 +15,15 @@
 //! A track: number u16 (its low bits), state u8, verdict u8, misses u8, zero u8, frequency i32 in
 //! 2^-32 cycles per sample, sigma f32 in cycles per sample, rate f32 in cycles per sample per
 //! block. A target: range i64 in 2^-32 m, velocity i64 in 2^-32 m/s, their sigmas f32, verdict u8,
-//! zero u8, number of the rising beat's track u16.
+//! ambiguity u8 as in telemetry, number of the rising beat's track u16. A velocity of -2^63 is not known.
 
 use super::frame::{self, Frame, Kind};
 use crate::bytes::{Reader, Writer};
+use crate::telemetry::{UNKNOWN, known};
 use fixed::types::{I0F32, I32F32};
 use heapless::Vec;
 use picket_dsp::acquire::sample::{Record, Segment, Stamp};
+use picket_dsp::solve::candidates::{Ambiguity, Candidates};
 use picket_dsp::solve::chirp::Target;
 use picket_dsp::solve::track::{State, Track};
 use picket_dsp::tone::frequency::Frequency;
@@ -143,10 +145,10 @@ impl Follow {
         }
         for (number, target) in &self.targets {
             writer.i64(target.range.to_bits());
-            writer.i64(target.velocity.to_bits());
+            writer.i64(target.velocity.map_or(UNKNOWN, I32F32::to_bits));
             writer.f32(target.sigma_range);
             writer.f32(target.sigma_velocity);
-            writer.put([target.verdict as u8, 0]);
+            writer.put([target.verdict as u8, target.ambiguity.number()]);
             writer.u16(*number);
         }
         frame::encode(Kind::Follow, writer.written()).unwrap_or_default()
@@ -195,14 +197,14 @@ impl Follow {
             follow.tracks.push(sighting).ok()?;
         }
         for _ in 0..targets {
-            let target = Target {
-                range: I32F32::from_bits(reader.i64()?),
-                velocity: I32F32::from_bits(reader.i64()?),
-                sigma_range: reader.f32()?,
-                sigma_velocity: reader.f32()?,
-                verdict: Verdict::from_u8(reader.take::<2>()?[0])?,
-                ..Target::default()
-            };
+            let range = I32F32::from_bits(reader.i64()?);
+            let velocity = known(reader.i64()?);
+            let (sigma_range, sigma_velocity) = (reader.f32()?, reader.f32()?);
+            let [verdict, ambiguity] = reader.take()?;
+            let verdict = Verdict::from_u8(verdict)?;
+            let ambiguity = Ambiguity::from_number(ambiguity, Candidates::default())?;
+            let target =
+                Target { range, velocity, sigma_range, sigma_velocity, ambiguity, verdict };
             // A sawtooth's velocity is not known: its sigma is infinite.
             if !(target.verdict.admits(target.sigma_range) && target.sigma_velocity >= 0.0) {
                 return None;
@@ -235,7 +237,7 @@ mod tests {
             follow.tracks.push(sighting).unwrap();
             let target = Target {
                 range: I32F32::from_num(12.5),
-                velocity: I32F32::from_num(-3.25),
+                velocity: (number > 0).then_some(I32F32::from_num(-3.25)),
                 sigma_range: 0.01,
                 sigma_velocity: 0.002,
                 verdict: Verdict::Clipped,

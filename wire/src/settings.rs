@@ -3,7 +3,7 @@
 //!
 //! | offset | field |
 //! |---|---|
-//! | 0 | version of this layout: u8, 1, or 2 if more than one tone is reported, or 3, 4, or 5 |
+//! | 0 | version of this layout: u8, 1, or 2 if more than one tone is reported, or 3 to 6 |
 //! | 1 | drive: u8, 0 none, 1 DAC, 2 ADF4159, 3 external |
 //! | 2 | divider before the synthesiser: u8 |
 //! | 3 | flags: u8, bit 0 measures from power-on, bit 1 leaves the converter's codes uncorrected, bits 2 and 3 tones reported a block less one |
@@ -13,10 +13,11 @@
 //! | 44 | the measurement's configuration: as in a capture's header |
 //! | 128 | only from version 3 on: the curvature of a chirp's sweep: f64 |
 //! | 136 | only from version 4 on: the carrier's linewidth and the bandwidth of its envelope: 2 f32, Hz |
-//! | 144 | only in version 5: the mode: u8, 0 blocks, 1 sums, 2 bursts; u8, bit 0 wants a rate that holds for the worst block; zero: 2 bytes; blocks of a sum or the hold-off: u32; drift or ratio: f32, a ratio of 0 for the usual one; least energy of a burst: u32 |
+//! | 144 | only from version 5 on: the mode: u8, 0 blocks, 1 sums, 2 bursts; u8, bit 0 wants a rate that holds for the worst block; zero: 2 bytes; blocks of a sum or the hold-off: u32; drift or ratio: f32, a ratio of 0 for the usual one; least energy of a burst: u32 |
+//! | 160 | only in version 6: the bounds of a target's range, m, and of its velocity, m/s, low end first: 4 f64, NaN where there is none |
 //!
 //! Version 3 is that of settings whose sweep is curved or whose mixing is the less usual one: readers without these would take a
-//! straight sweep and the usual mixing, so they refuse it. Version 4 is that of settings with a carrier of its own width, version 5 that of sums, bursts and rates for the worst block. All other settings are, byte for byte, what earlier programs write.
+//! straight sweep and the usual mixing, so they refuse it. Version 4 is that of settings with a carrier of its own width, version 5 that of sums, bursts and rates for the worst block, version 6 that of bounds of range or velocity. All other settings are, byte for byte, what earlier programs write.
 //! A chirp's [`Chirp::guard_s`] is not sent: it follows from guard and rate.
 //!
 //! The layout has no checksum of its own. The frame that carries it has one, and so has the flash
@@ -219,6 +220,9 @@ const CARRIER: u8 = 4;
 /// The version of settings with sums or bursts, or with a rate that must hold for the worst block.
 const MODE: u8 = 5;
 
+/// The version of settings with bounds of range or velocity: without them more chirps are ambiguous.
+const BOUNDS: u8 = 6;
+
 /// The version of a layout that has the fields of all versions, whatever their values: [`crate::stored`] takes it apart.
 pub(crate) const WHOLE: u8 = u8::MAX;
 
@@ -229,8 +233,10 @@ impl Settings {
     pub const LONG: usize = Self::SHORT + 8;
     /// Length of the settings of version 4, bytes.
     pub const WIDE: usize = Self::LONG + 8;
+    /// Length of the settings of version 5, bytes.
+    pub const MODED: usize = Self::WIDE + 16;
     /// Length of the longest settings, bytes.
-    pub const BYTES: usize = Self::WIDE + 16;
+    pub const BYTES: usize = Self::MODED + 32;
 
     /// The settings as bytes, for blocks of `n` samples.
     pub fn to_bytes(&self, n: usize) -> Vec<u8, { Self::BYTES }> {
@@ -245,7 +251,9 @@ impl Settings {
     /// The lowest version that has fields for these values.
     fn version(&self) -> u8 {
         let waveform = config::unusual(&self.config) || self.curvature() != 0.0;
-        if self.mode != Mode::Blocks || self.worst_case {
+        if self.config.range_m.is_some() || self.config.velocity_mps.is_some() {
+            BOUNDS
+        } else if self.mode != Mode::Blocks || self.worst_case {
             MODE
         } else if self.config.carrier != Carrier::default() {
             CARRIER
@@ -313,6 +321,13 @@ impl Settings {
             writer.f32(number);
             writer.u32(least);
         }
+        if version >= BOUNDS {
+            for bound in [self.config.range_m, self.config.velocity_mps] {
+                let (low, high) = bound.unwrap_or((f64::NAN, f64::NAN));
+                writer.f64(low);
+                writer.f64(high);
+            }
+        }
         // A buffer of this length holds what was written into it.
         Vec::from_slice(writer.written()).unwrap_or_default()
     }
@@ -324,7 +339,7 @@ impl Settings {
     /// The bytes are too few or of another version, or a field has an unknown value.
     pub fn from_bytes(bytes: &[u8]) -> Result<(Self, usize), SettingsError> {
         match bytes.first() {
-            Some(VERSION..=MODE) => Self::read(bytes),
+            Some(VERSION..=BOUNDS) => Self::read(bytes),
             Some(_) => Err(SettingsError::Encoding(EncodingError::Version)),
             None => Err(SettingsError::Encoding(EncodingError::Field)),
         }
@@ -367,7 +382,7 @@ impl Settings {
             let ratio = if number == 0.0 { None } else { Some(number) };
             let worst_case = switches & 1 != 0;
             let mode = match mode {
-                0 if version == WHOLE || worst_case => Mode::Blocks,
+                0 if version >= BOUNDS || worst_case => Mode::Blocks,
                 1 => Mode::Accumulate { blocks: count, drift_bins: number },
                 2 => Mode::Bursts(Trigger { ratio, hold_off: count, least }),
                 _ => return Err(field),
@@ -376,6 +391,13 @@ impl Settings {
         } else {
             (Mode::Blocks, false)
         };
+        if version >= BOUNDS {
+            let mut bound = || {
+                let ends = (reader.f64().ok_or(field)?, reader.f64().ok_or(field)?);
+                Ok((!(ends.0.is_nan() && ends.1.is_nan())).then_some(ends))
+            };
+            (config.range_m, config.velocity_mps) = (bound()?, bound()?);
+        }
         if let Scene::Chirp(chirp) = &mut config.scene {
             chirp.sweep_curvature = curvature;
             chirp.guard_s = f64::from(guard) / config.rate_hz;
@@ -474,6 +496,18 @@ mod tests {
             let bytes = settings.to_bytes(1024);
             assert_eq!(Settings::from_bytes(&bytes), Ok((settings, 1024)));
         }
+        let bounded = chirp(Shape::Triangle, Drive::External);
+        for (range_m, velocity_mps) in [
+            (Some((0.0, 20.0)), None),
+            (None, Some((-5.0, 5.5))),
+            (Some((1.0, 2.0)), Some((0.0, 3.0))),
+        ] {
+            let config = Config { range_m, velocity_mps, ..bounded.config };
+            let settings = Settings { config, ..bounded };
+            let bytes = settings.to_bytes(1024);
+            assert_eq!((bytes[0], bytes.len()), (6, Settings::BYTES));
+            assert_eq!(Settings::from_bytes(&bytes), Ok((settings, 1024)));
+        }
         let trigger = Trigger { ratio: Some(2.5), hold_off: 100, least: 9 };
         for mode in [
             Mode::Accumulate { blocks: 100, drift_bins: -0.25 },
@@ -482,7 +516,7 @@ mod tests {
         ] {
             let settings = Settings { mode, ..Settings::default() };
             let bytes = settings.to_bytes(1024);
-            assert_eq!((bytes[0], bytes.len()), (5, Settings::BYTES));
+            assert_eq!((bytes[0], bytes.len()), (5, Settings::MODED));
             assert_eq!(Settings::from_bytes(&bytes), Ok((settings, 1024)));
             let cut = Settings::from_bytes(&bytes[..Settings::WIDE]);
             assert_eq!(cut, Err(SettingsError::Encoding(EncodingError::Field)));

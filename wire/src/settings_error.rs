@@ -81,6 +81,8 @@ pub enum SettingsError {
     Iq,
     /// The settings ask for sums or bursts, but this image is built without the feature `signals`.
     Signals,
+    /// The settings ask for chirps, which the image for sums and bursts does not measure.
+    Chirps,
     /// Sums or bursts of a chirp, or beside tracks or further tones; or their numbers are out of range.
     Mode,
 }
@@ -106,6 +108,7 @@ impl SettingsError {
             SettingsError::Iq => [15, 0],
             SettingsError::Signals => [16, 0],
             SettingsError::Mode => [17, 0],
+            SettingsError::Chirps => [18, 0],
         }
     }
 
@@ -160,6 +163,9 @@ impl SettingsError {
             }
             [17, _] => {
                 "mode: sums of 1 to 65536 blocks, bursts from a ratio of 1.05 on, of a tone or a Doppler shift, without follow, most or harmonics"
+            }
+            [18, _] => {
+                "this image is for sums and bursts, and measures no chirps: flash the usual one, without --signals"
             }
             [13, _] => "the board has no such core_mhz: see its page in docs/, or leave it at 0",
             _ => "the settings do not work",

@@ -20,7 +20,7 @@ use crate::settings::{Settings, WHOLE};
 use crate::settings_error::SettingsError;
 use heapless::Vec;
 
-/// The longest stored settings, bytes, of which today's fields take 240 at most. The others are room for what later programs add.
+/// The longest stored settings, bytes, of which today's fields take 280 at most. The others are room for what later programs add.
 pub const ROOM: usize = 384;
 
 /// The bit of a tag without whose field records would mean something else.
@@ -31,7 +31,7 @@ const VERSION: u8 = 128;
 
 /// The fields, as they follow each other behind the version in [`Settings::to_whole`]: tag, and value where the field is absent. Tags
 /// count from 1 on. What is new is a line at the end. Tags, lengths and values never change: a field in another form is a new one.
-const FIELDS: [(u8, &[u8]); 39] = [
+const FIELDS: [(u8, &[u8]); 43] = [
     (CRITICAL | 1, &[0]),                     // drive
     (CRITICAL | 2, &[0]),                     // divider before the synthesiser
     (CRITICAL | 3, &[1]),                     // bits: start, uncorrected, tones, harmonics
@@ -71,7 +71,14 @@ const FIELDS: [(u8, &[u8]); 39] = [
     (CRITICAL | 37, &[0; 4]),                 // blocks of a sum, hold-off of a burst
     (CRITICAL | 38, &[0; 4]),                 // drift of a sum, ratio of a burst
     (CRITICAL | 39, &[0; 4]),                 // least energy of a burst
+    (CRITICAL | 40, &NONE),                   // least range, m
+    (CRITICAL | 41, &NONE),                   // largest range, m
+    (CRITICAL | 42, &NONE),                   // least velocity, m/s
+    (CRITICAL | 43, &NONE),                   // largest velocity, m/s
 ];
+
+/// The value of a bound that is not set.
+const NONE: [u8; 8] = f64::NAN.to_le_bytes();
 
 /// Each field's tag, place in all settings, and length.
 // A bad index is an error of the compiler.
@@ -196,10 +203,10 @@ impl<'a> Iterator for Fields<'a> {
     }
 }
 
-/// Settings as earlier programs have saved them.
+/// Settings as earlier programs have saved them, of version 5 at most.
 fn positional(bytes: &[u8]) -> Result<(Settings, usize), SettingsError> {
     let version = SettingsError::Encoding(EncodingError::Version);
-    let mut bytes = Vec::<u8, { Settings::BYTES }>::from_slice(bytes).map_err(|_| version)?;
+    let mut bytes = Vec::<u8, { Settings::MODED }>::from_slice(bytes).map_err(|_| version)?;
     of_the_first(&mut bytes);
     Settings::from_bytes(&bytes)
 }

@@ -17,22 +17,24 @@
 //! | 40 | faults of the converter's chain since the start: u32 |
 //! | 44 | outcome: u8, 0 none, 1 velocity, 2 target |
 //! | 45 | verdict of the outcome: u8 |
-//! | 46 | ambiguity: u8, 0 none, 1 exchange, 2 coupled |
+//! | 46 | ambiguity: u8, 0 none, 1 several targets fit, 2 coupled; decided by 3 a bound, 4 the last chirp, 5 the levels |
 //! | 47 | method: u8 |
 //! | 48 | range: i64, 2^-32 m |
-//! | 56 | velocity: i64, 2^-32 m/s |
+//! | 56 | velocity: i64, 2^-32 m/s; -2^63 where it is not known |
 //! | 64 | sigma of the range: f32, m |
 //! | 68 | sigma of the velocity: f32, m/s |
-//! | 72 | the other range of an exchange: i64 |
-//! | 80 | the other velocity of an exchange: i64 |
+//! | 72 | range of the second candidate: i64 |
+//! | 80 | velocity of the second candidate: i64 |
 //! | 88 | sample rate: f64, Hz |
 //! | 96 | CRC-32 of the settings in use, as the boot record has it: u32 |
 //! | 100 | source of the clock: u8, as the boot record has it |
 //! | 101 | effort of the measurement: u8, its number, 0 for the usual one |
-//! | 102 | zero: 2 bytes |
+//! | 102 | number of candidates: u8, 0 unless several targets fit, at most 4 |
+//! | 103 | flags: u8, bit 0 bytes 96 to 101 tell nothing |
+//! | 104 | the candidates, each a range: i64, a velocity: i64, and its odds: f32 |
 //!
-//! Layouts of the same version may append fields. Earlier programs end at byte 96, and so does a record that tells nothing of settings and
-//! clock. Readers ignore what follows the bytes that they know.
+//! Layouts of the same version may append fields. Earlier programs end at byte 96, and so does a record that tells nothing of settings,
+//! clock and candidates. Earlier programs have the first two candidates alone, without their odds. Readers ignore what follows the bytes that they know.
 
 use super::frame::{self, Frame, Kind};
 use crate::boot::Clock;
@@ -42,7 +44,8 @@ use heapless::Vec;
 use picket_dsp::acquire::sample::{Segment, Stamp};
 use picket_dsp::methods::registry::Method;
 use picket_dsp::pipeline::{Measurement, Outcome};
-use picket_dsp::solve::chirp::{Ambiguity, Target};
+use picket_dsp::solve::candidates::{Ambiguity, CANDIDATES, Candidate, Candidates};
+use picket_dsp::solve::chirp::Target;
 use picket_dsp::solve::doppler::Velocity;
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::{Tone, Verdict, Verdicts};
@@ -53,8 +56,11 @@ pub const VERSION: u8 = 2;
 /// Length of the fields that every record has, bytes.
 pub const LENGTH: usize = 96;
 
-/// Length of the longest record, bytes.
+/// Length of a record without candidates, bytes.
 pub const LONG: usize = LENGTH + 8;
+
+/// Length of the longest record, bytes.
+pub const LONGEST: usize = LONG + 20 * CANDIDATES;
 
 /// By what a record was measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -134,6 +140,15 @@ struct Flat {
     sigma_velocity: f32,
     other_range: i64,
     other_velocity: i64,
+    candidates: Candidates,
+}
+
+/// The velocity that is not known.
+pub(crate) const UNKNOWN: i64 = i64::MIN;
+
+/// A velocity; `None` where it is not known.
+pub(crate) fn known(velocity: i64) -> Option<I32F32> {
+    (velocity != UNKNOWN).then_some(I32F32::from_bits(velocity))
 }
 
 impl Flat {
@@ -148,26 +163,36 @@ impl Flat {
                 ..Self::default()
             },
             Outcome::Target(t) => {
-                let (ambiguity, other_range, other_velocity) = match t.ambiguity {
-                    Ambiguity::None => (0, 0, 0),
-                    Ambiguity::Exchange { range, velocity } => {
-                        (1, range.to_bits(), velocity.to_bits())
-                    }
-                    Ambiguity::Coupled => (2, 0, 0),
-                };
+                let candidates = t.ambiguity.candidates();
+                let other = candidates.get(1).copied().unwrap_or_default();
                 Self {
                     outcome: 2,
                     verdict: t.verdict as u8,
-                    ambiguity,
+                    ambiguity: t.ambiguity.number(),
                     range: t.range.to_bits(),
-                    velocity: t.velocity.to_bits(),
+                    velocity: t.velocity.map_or(UNKNOWN, I32F32::to_bits),
                     sigma_range: t.sigma_range,
                     sigma_velocity: t.sigma_velocity,
-                    other_range,
-                    other_velocity,
+                    other_range: other.range.to_bits(),
+                    other_velocity: other.velocity.to_bits(),
+                    candidates: Candidates::new(candidates.iter().copied()),
                 }
             }
         }
+    }
+
+    /// The candidates that earlier programs tell: two of equal odds.
+    fn first_two(&self) -> Candidates {
+        if self.ambiguity != 1 {
+            return Candidates::default();
+        }
+        let of = |range, velocity| Candidate {
+            range: I32F32::from_bits(range),
+            velocity: I32F32::from_bits(velocity),
+            odds: 0.5,
+        };
+        let first = of(self.range, self.velocity);
+        Candidates::new([first, of(self.other_range, self.other_velocity)])
     }
 
     fn outcome(self) -> Option<Outcome> {
@@ -178,18 +203,10 @@ impl Flat {
             1 => Outcome::Velocity(Velocity { velocity, sigma: self.sigma_velocity, verdict }),
             2 => Outcome::Target(Target {
                 range: I32F32::from_bits(self.range),
-                velocity,
+                velocity: known(self.velocity),
                 sigma_range: self.sigma_range,
                 sigma_velocity: self.sigma_velocity,
-                ambiguity: match self.ambiguity {
-                    0 => Ambiguity::None,
-                    1 => Ambiguity::Exchange {
-                        range: I32F32::from_bits(self.other_range),
-                        velocity: I32F32::from_bits(self.other_velocity),
-                    },
-                    2 => Ambiguity::Coupled,
-                    _ => return None,
-                },
+                ambiguity: Ambiguity::from_number(self.ambiguity, self.candidates)?,
                 verdict,
             }),
             _ => return None,
@@ -198,22 +215,36 @@ impl Flat {
 }
 
 impl Basis {
-    /// `None` where it is not told, or the clock is of a kind that is unknown here.
-    fn read(reader: &mut Reader<'_>) -> Option<Self> {
+    /// The basis, and the number of candidates that follow. The basis is `None` where it is not told, or the clock is of a kind that is
+    /// unknown here; `None` where the record ends before.
+    fn read(reader: &mut Reader<'_>) -> Option<(Option<Self>, u8)> {
         let settings = reader.u32()?;
-        let [clock, effort, _, _] = reader.take()?;
-        Some(Self { settings, clock: Clock::from_u8(clock)?, effort })
+        let [clock, effort, count, flags] = reader.take()?;
+        let clock = Clock::from_u8(clock).filter(|_| flags & 1 == 0);
+        Some((clock.map(|clock| Self { settings, clock, effort }), count))
     }
+}
+
+/// So many candidates. `None` if they are more than there can be, or an odds is no probability.
+fn candidates_of(reader: &mut Reader<'_>, count: u8) -> Option<Candidates> {
+    let mut candidates = Vec::<Candidate, CANDIDATES>::new();
+    for _ in 0..count {
+        let range = I32F32::from_bits(reader.i64()?);
+        let velocity = I32F32::from_bits(reader.i64()?);
+        let odds = reader.f32().filter(|odds| (0.0..=1.0).contains(odds))?;
+        candidates.push(Candidate { range, velocity, odds }).ok()?;
+    }
+    Some(Candidates::new(candidates))
 }
 
 impl Telemetry {
     /// The telemetry as bytes.
-    pub fn to_bytes(&self) -> Vec<u8, LONG> {
+    pub fn to_bytes(&self) -> Vec<u8, LONGEST> {
         // A buffer of this length holds them.
-        Vec::from_slice(self.written(&mut [0; LONG])).unwrap_or_default()
+        Vec::from_slice(self.written(&mut [0; LONGEST])).unwrap_or_default()
     }
 
-    fn written<'a>(&self, bytes: &'a mut [u8; LONG]) -> &'a [u8] {
+    fn written<'a>(&self, bytes: &'a mut [u8; LONGEST]) -> &'a [u8] {
         let Measurement { stamp, clipped, tone, result } = &self.measurement;
         let flat = Flat::of(result);
         let mut writer = Writer::new(bytes);
@@ -238,15 +269,22 @@ impl Telemetry {
         writer.f64(tone.rate_hz);
         let Basis { settings, clock, effort } = self.basis.unwrap_or_default();
         writer.u32(settings);
-        writer.put([clock as u8, effort, 0, 0]);
-        let length = if self.basis.is_some() { LONG } else { LENGTH };
+        let told = self.basis.is_some();
+        let count = flat.candidates.len();
+        writer.put([clock as u8, effort, count as u8, u8::from(!told)]);
+        for candidate in flat.candidates.iter() {
+            writer.i64(candidate.range.to_bits());
+            writer.i64(candidate.velocity.to_bits());
+            writer.f32(candidate.odds);
+        }
+        let length = if told || count > 0 { LONG + 20 * count } else { LENGTH };
         bytes.get(..length).unwrap_or_default()
     }
 
     /// The telemetry as a frame, ready to send.
     pub fn to_frame(&self) -> Vec<u8, { frame::WIRE }> {
         // Telemetry is shorter than the largest payload.
-        frame::encode(Kind::Telemetry, self.written(&mut [0; LONG])).unwrap_or_default()
+        frame::encode(Kind::Telemetry, self.written(&mut [0; LONGEST])).unwrap_or_default()
     }
 
     /// The telemetry in a frame.
@@ -275,7 +313,16 @@ impl Telemetry {
             return Err(TelemetryError::Short);
         };
         let record = Self::read(&mut Reader(body)).ok_or(TelemetryError::Field)?;
-        Ok(Self { basis: Basis::read(&mut Reader(more)), ..record })
+        let mut more = Reader(more);
+        let Some((basis, count)) = Basis::read(&mut more) else { return Ok(record) };
+        let mut measurement = record.measurement;
+        if let Outcome::Target(Target { ambiguity: Ambiguity::Several(candidates), .. }) =
+            &mut measurement.result
+            && count > 0
+        {
+            *candidates = candidates_of(&mut more, count).ok_or(TelemetryError::Field)?;
+        }
+        Ok(Self { basis, measurement, ..record })
     }
 
     fn read(reader: &mut Reader<'_>) -> Option<Self> {
@@ -308,7 +355,9 @@ impl Telemetry {
             sigma_velocity: reader.f32()?,
             other_range: reader.i64()?,
             other_velocity: reader.i64()?,
+            candidates: Candidates::default(),
         };
+        let flat = Flat { candidates: flat.first_two(), ..flat };
         tone.rate_hz = reader.f64()?;
         let result = flat.outcome()?;
         let known = tone.rate_hz >= 0.0 && tone.rate_hz.is_finite();
@@ -367,23 +416,31 @@ mod tests {
     #[test]
     fn a_record_fills_its_length_and_fits_a_frame() {
         let target = Target {
-            ambiguity: Ambiguity::Exchange { range: I32F32::MAX, velocity: I32F32::MIN },
+            velocity: None,
+            ambiguity: Ambiguity::Several(Candidates::new([Candidate::default(); CANDIDATES])),
             ..Target::default()
         };
         let measurement = Measurement { result: Outcome::Target(target), ..Measurement::default() };
         let basis = Basis { settings: 0xDEAD_BEEF, clock: Clock::Internal, effort: 2 };
         let (method, health) = (Method::ZRife, Health::default());
-        for (basis, length) in [(None, LENGTH), (Some(basis), LONG)] {
+        for basis in [None, Some(basis)] {
             let record = Telemetry { measurement, method, health, basis };
             // The last field ends the layout.
             let bytes = record.to_bytes();
-            assert_eq!((Telemetry::from_bytes(&bytes), bytes.len()), (Ok(record), length));
+            assert_eq!((Telemetry::from_bytes(&bytes), bytes.len()), (Ok(record), LONGEST));
             assert!(!record.to_frame().is_empty());
             // Whatever a later layout appends is skipped.
             let later = [&bytes[..], &[7; 24]].concat();
-            assert!(length == LENGTH || Telemetry::from_bytes(&later) == Ok(record));
+            assert_eq!(Telemetry::from_bytes(&later), Ok(record));
         }
-        const { assert!(LONG <= frame::PAYLOAD) };
+        const { assert!(LONGEST <= frame::PAYLOAD) };
+        let result = Outcome::Target(Target { ambiguity: Ambiguity::Coupled, ..target });
+        let measurement = Measurement { result, ..measurement };
+        for (basis, length) in [(None, LENGTH), (Some(basis), LONG)] {
+            let record = Telemetry { measurement, method, health, basis };
+            let bytes = record.to_bytes();
+            assert_eq!((Telemetry::from_bytes(&bytes), bytes.len()), (Ok(record), length));
+        }
         // What is cut off, and a clock that nobody knows here, are not told; the measurement is.
         let record = Telemetry { measurement, method, health, basis: Some(basis) };
         let unknown = Ok(Telemetry { basis: None, ..record });

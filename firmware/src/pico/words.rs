@@ -240,7 +240,8 @@ impl Words {
 /// worst pairs have not been searched for.
 pub const WORST_CYCLES: [u64; 2] = [585_000, 905_000];
 
-/// Core cycles for the range and the velocity of a chirp's target: 13,530 instructions (`host-tests/budget.json`) by 1.4 cycles each.
+/// Core cycles for the range of a sawtooth's target. It is less than the range and the velocity of a trapezoid, which take 13,530
+/// instructions by 1.4 cycles each.
 const TARGET_CYCLES: u64 = 19_000;
 
 /// The fastest rate at which a block lasts `cycles` of the core, Hz.

@@ -214,8 +214,8 @@ fn every_record_of_a_chirp_is_the_hosts() {
         records.len(),
         100.0 * figures.load()
     );
-    // A moving target bends its beat, and every ramp is looked at closely.
-    assert!(figures.load() <= 0.90, "{figures:?}");
+    // A moving target bends its beat, and every ramp is looked at closely; then the beats are paired.
+    assert!(figures.load() <= 0.99, "{figures:?}");
 }
 
 #[test]

@@ -155,7 +155,8 @@ fn chirps_of_pairs_have_their_ranges_and_velocities() {
             let [range_m, velocity_mps] = truths[number / 3];
             let off = |value: f64, truth: f64, sigma: f32| (value - truth).abs() / f64::from(sigma);
             let range = off(target.range.to_num(), range_m, target.sigma_range);
-            let velocity = off(target.velocity.to_num(), velocity_mps, target.sigma_velocity);
+            let velocity =
+                off(target.velocity.unwrap().to_num(), velocity_mps, target.sigma_velocity);
             assert!(range < 6.0 && velocity < 6.0, "{target:?} at {range_m} m, {velocity_mps} m/s");
             found += 1;
         }

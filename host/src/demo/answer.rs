@@ -23,7 +23,7 @@ impl From<&Target> for Answer {
     fn from(target: &Target) -> Self {
         Answer {
             range_m: target.range.to_num(),
-            velocity_mps: target.velocity.to_num(),
+            velocity_mps: target.velocity.map_or(f64::NAN, |velocity| velocity.to_num()),
             sigma_range_m: target.sigma_range.into(),
             sigma_velocity_mps: target.sigma_velocity.into(),
             verdict: target.verdict.name(),

@@ -149,7 +149,7 @@ fn answer(measurement: &Measurement, segments: usize) -> Option<(usize, Answer)>
     let Outcome::Target(target) = measurement.result else { return None };
     let answer = Answer {
         range_m: target.range.to_num(),
-        velocity_mps: target.velocity.to_num(),
+        velocity_mps: target.velocity.map_or(f64::NAN, |velocity| velocity.to_num()),
         sigma_range_m: target.sigma_range.into(),
         sigma_velocity_mps: target.sigma_velocity.into(),
         verdict: target.verdict,

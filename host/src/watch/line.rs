@@ -3,11 +3,12 @@
 use super::Style;
 use crate::analyze::names;
 use crate::device::Listener;
+use picket_dsp::Candidate;
 use picket_dsp::Effort;
 use picket_dsp::acquire::burst::Counters;
 use picket_dsp::acquire::sample::Segment;
+use picket_dsp::fixed::types::I32F32;
 use picket_dsp::pipeline::Outcome;
-use picket_dsp::solve::chirp::Ambiguity;
 use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_dsp::tone::{Tone, Verdict};
 use picket_wire::boot::{Boot, Clock};
@@ -106,6 +107,8 @@ pub struct Row {
     sigma_velocity_mps: Option<f32>,
     outcome_verdict: Option<&'static str>,
     ambiguity: Option<&'static str>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    candidates: Vec<Likely>,
     /// What a negative range says.
     caution: Option<&'static str>,
     lost: u32,
@@ -118,6 +121,21 @@ pub struct Row {
     /// Of a burst.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     transit: Option<Transit>,
+}
+
+/// A target that fits as others do, and its probability.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Likely {
+    range_m: f64,
+    velocity_mps: f64,
+    odds: f32,
+}
+
+impl From<&Candidate> for Likely {
+    fn from(candidate: &Candidate) -> Self {
+        let Candidate { range, velocity, odds } = *candidate;
+        Self { range_m: range.to_num(), velocity_mps: velocity.to_num(), odds }
+    }
 }
 
 /// Settings' checksum, clock and effort, where a board tells them.
@@ -195,6 +213,7 @@ impl Row {
             sigma_velocity_mps: None,
             outcome_verdict: None,
             ambiguity: None,
+            candidates: Vec::new(),
             caution: None,
             lost: record.health.lost,
             faults: record.health.faults,
@@ -213,15 +232,12 @@ impl Row {
             Outcome::Target(t) => {
                 row.range_m = Some(t.range.to_num());
                 row.sigma_range_m = Some(t.sigma_range);
-                row.velocity_mps = Some(t.velocity.to_num());
+                row.velocity_mps = t.velocity.map(I32F32::to_num);
                 row.sigma_velocity_mps = Some(t.sigma_velocity);
                 row.outcome_verdict = Some(t.verdict.name());
                 row.caution = t.caution();
-                row.ambiguity = Some(match t.ambiguity {
-                    Ambiguity::None => "none",
-                    Ambiguity::Exchange { .. } => "exchange",
-                    Ambiguity::Coupled => "coupled",
-                });
+                row.ambiguity = Some(t.ambiguity.name());
+                row.candidates = t.ambiguity.candidates().iter().map(Likely::from).collect();
             }
         }
         if tone.verdict == Verdict::NoSignal {
@@ -299,6 +315,14 @@ impl Row {
             Some(value) => format!("{value:.digits$}"),
             None => "-".into(),
         };
+        let others: String = self
+            .candidates
+            .iter()
+            .skip(1)
+            .map(|Likely { range_m, velocity_mps, odds }| {
+                format!("  or {range_m:.4} m, {velocity_mps:.4} m/s ({:.0} %)", 100.0 * odds)
+            })
+            .collect();
         let caution = match (&self.transit, self.caution) {
             (Some(Transit { validation, transit_s: Some(time), .. }), _) => {
                 format!("  {validation}, {:.1} us", 1e6 * time)
@@ -311,7 +335,7 @@ impl Row {
             false => self.reading.cells(),
         };
         format!(
-            "{:9}  {:7} {frequency:>16} {sigma:>13} {:7.1} {:>11} {:>13}  {:11} {:5} {:7}{caution}",
+            "{:9}  {:7} {frequency:>16} {sigma:>13} {:7.1} {:>11} {:>13}  {:11} {:5} {:7}{caution}{others}",
             self.sequence,
             self.segment,
             self.reading.snr_db,
@@ -481,8 +505,9 @@ pub fn follow(follow: &Follow, rate_hz: Option<f64>) -> Vec<String> {
         serde_json::json!({
             "target": number, "sequence": follow.sequence,
             "range_m": target.range.to_num::<f64>(), "sigma_range_m": target.sigma_range,
-            "velocity_mps": target.velocity.to_num::<f64>(),
+            "velocity_mps": target.velocity.map(|velocity| velocity.to_num::<f64>()),
             "sigma_velocity_mps": target.sigma_velocity, "verdict": target.verdict.name(),
+            "ambiguity": target.ambiguity.name(),
             "caution": target.caution(),
         })
     });

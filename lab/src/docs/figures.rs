@@ -76,7 +76,7 @@ mod tests {
             ["0", "-5", "999", "1,000", "12,345,678"].map(str::to_owned),
             [0.0, -5.0, 999.0, 1e3, 12_345_678.0].map(whole)
         );
-        assert_eq!([1862.0, 33_507.0].map(rounded), ["1,860", "33,500"]);
+        assert_eq!([6404.0, 33_507.0].map(rounded), ["6,400", "33,500"]);
         assert_eq!(row(["a".into(), String::new(), String::new()]), "| a | | |");
     }
 }

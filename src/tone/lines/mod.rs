@@ -53,7 +53,7 @@ pub(super) const ROOM: usize = 2 * MOST;
 const BESIDE: i32 = 1;
 
 /// No further tone is sought below this bin, where a drift lies.
-const DRIFT: i32 = 4;
+pub(crate) const DRIFT: i32 = 4;
 
 /// Bins around a tone whose second differences change when another is found.
 const CLOSE: i32 = 4;

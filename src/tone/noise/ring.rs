@@ -451,13 +451,13 @@ impl Own {
     /// The stretches of the bins from `first` on.
     #[inline(never)]
     fn side(&self, bins: &[Point], first: i32, arithmetic: Arithmetic) -> Side {
-        match arithmetic {
-            Arithmetic::Float => powers(bins, first, |bins, k| self.power(bins, k, |_, _| ())),
-            Arithmetic::Fixed => {
-                let own = Whole::from_own(self);
-                powers(bins, first, |bins, k| own.power(bins, k))
-            }
+        // A program without integers here leaves them out.
+        const INTEGERS: bool = matches!(Arithmetic::Fixed.available(), Arithmetic::Fixed);
+        if INTEGERS && matches!(arithmetic, Arithmetic::Fixed) {
+            let own = Whole::from_own(self);
+            return powers(bins, first, |bins, k| own.power(bins, k));
         }
+        powers(bins, first, |bins, k| self.power(bins, k, |_, _| ()))
     }
 }
 

@@ -389,6 +389,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
                 found: true,
                 detected,
                 line,
+                drift: None,
                 image: seen.image,
                 front_end: detected && seen.front_end,
                 gap,

@@ -44,7 +44,7 @@ type Value = (f64, f64);
 #[derive(Clone, Copy)]
 struct Target {
     range: Option<Value>,
-    velocity: Value,
+    velocity: Option<Value>,
     verdict: Verdict,
     /// What a negative range says.
     caution: Option<&'static str>,
@@ -206,16 +206,18 @@ impl Live {
             Outcome::Velocity(v) => {
                 let velocity = (v.velocity.to_num(), v.sigma.into());
                 let (range, verdict, caution) = (None, v.verdict, None);
-                self.target = Some(Target { range, velocity, verdict, caution });
+                let shown = Some(velocity);
+                self.target = Some(Target { range, velocity: shown, verdict, caution });
                 points.push((Quantity::Velocity, velocity, usable(v.verdict)));
             }
             Outcome::Target(t) => {
                 let range = (t.range.to_num(), t.sigma_range.into());
-                let velocity = (t.velocity.to_num(), t.sigma_velocity.into());
+                let velocity = t.velocity.map(|v| (v.to_num(), t.sigma_velocity.into()));
                 let (verdict, caution) = (t.verdict, t.caution());
                 self.target = Some(Target { range: Some(range), velocity, verdict, caution });
                 points.push((Quantity::Range, range, usable(t.verdict)));
-                points.push((Quantity::Velocity, velocity, usable(t.verdict)));
+                let velocity = velocity.map(|v| (Quantity::Velocity, v, usable(t.verdict)));
+                points.extend(velocity);
             }
         }
         if record.measurement.stamp.segment == picket_dsp::Segment::Continuous {

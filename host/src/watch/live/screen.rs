@@ -80,7 +80,7 @@ impl Live {
         let mut lines = Vec::new();
         if let Some(Target { range, velocity, .. }) = self.target {
             lines.extend(range.map(|range| figure("range", range, "m")));
-            lines.push(figure("velocity", velocity, "m/s"));
+            lines.extend(velocity.map(|velocity| figure("velocity", velocity, "m/s")));
         }
         let frequency = (tone.frequency.hertz(rate), f64::from(tone.sigma) * rate);
         lines.push(figure("frequency", frequency, unit));

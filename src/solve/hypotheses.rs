@@ -1,0 +1,414 @@
+//! The targets that the lines of a chirp's ramps may belong to, and the choice between them.
+//!
+//! A target has a line on every ramp. Two targets have two on each, and nothing in a triangle says which belong together; real samples do not
+//! show the signs of beats, either. So every combination of lines and of signs is a hypothesis, with a weight: the likelihood of its
+//! beats (a trapezoid's three satisfy one condition), of its levels (the echoes of one target are equally strong), and of the way from a
+//! hypothesis of the last chirp (a ghost is not where its own velocity takes it). Bounds exclude what cannot be. Where one hypothesis is left,
+//! but for a probability of [`WRONG`], it is the target; otherwise the answer is [`Verdict::Ambiguous`] and lists them.
+//!
+//! The knowledge is used in this order: beats, bounds, levels, last chirp. What decides first is told.
+
+use super::candidates::{Ambiguity, Candidate, Candidates, Decision};
+use super::chirp::{self, Shape, Target};
+use super::equations::Equations;
+use crate::list::first;
+use crate::math::scalar::Scalar as _;
+use crate::tone::lines::{DRIFT, MOST};
+use crate::tone::{FrequencyDrift, Tone, Usable, Verdict};
+use fixed::types::I32F32;
+use heapless::Vec;
+
+/// The probability of all other hypotheses below which one is taken as right.
+pub const WRONG: f32 = 1e-3;
+
+/// The variance of the logarithm of the ratio between the two echoes of one target, beside noise: half a decibel squared.
+const LEVEL: f32 = 0.057_56 * 0.057_56;
+
+/// One standard deviation of a target's acceleration between two chirps, m/s^2: that of a fall, or of a car that brakes.
+const ACCELERATION: f32 = 9.81;
+
+/// Deviations within which two values are the same, squared: five.
+pub(crate) const SAME: f32 = 25.0;
+
+/// Bins beside a line's peak where another is not found: two lines less than two bins apart are one, and a peak is up to half a bin beside
+/// its bin.
+const MERGED: f32 = 2.5;
+
+/// The most hypotheses kept.
+const KEPT: usize = 8;
+
+/// A line of a segment.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Line {
+    pub tone: Tone,
+    /// How its frequency rises within the record, where that is known.
+    pub drift: Option<FrequencyDrift>,
+}
+
+impl From<Tone> for Line {
+    fn from(tone: Tone) -> Self {
+        Self { tone, drift: None }
+    }
+}
+
+impl Line {
+    /// Whether a line that is not steady rises within the record by `expected` cycles per sample, which must be enough to be seen.
+    fn rises_by(&self, expected: f32) -> bool {
+        let Some(FrequencyDrift { cycles, sigma }) = self.drift else { return true };
+        let (off, variance) = (cycles - expected, sigma * sigma);
+        let seen = 4.0 * expected * expected >= SAME * variance;
+        seen && off * off <= SAME * (variance + RISE * RISE * expected * expected)
+    }
+
+    /// Whether the line is not steady.
+    fn is_smeared(&self) -> bool {
+        matches!(self.tone.verdict, Verdict::Moving | Verdict::Unresolved)
+    }
+}
+
+/// The relative error of a line's measured rise.
+const RISE: f32 = 0.02;
+
+/// The lines of a chirp's segments, up, flat and down; the strongest first.
+pub(crate) type Lines = [Vec<Line, MOST>; 3];
+
+/// A target that some lines may belong to.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hypothesis {
+    pub range: I32F32,
+    pub velocity: I32F32,
+    pub sigma_range: f32,
+    pub sigma_velocity: f32,
+    /// The signs of the ramps' beats; 1 for I/Q records, whose tones have them already.
+    pub signs: [i8; 2],
+    /// The worst verdict of the beats.
+    pub verdict: Verdict,
+    /// Logarithms of the likelihoods of the beats, of the levels, and of the way from the last chirp.
+    pub beats: f32,
+    pub levels: f32,
+    pub last: f32,
+}
+
+impl Hypothesis {
+    fn target(&self) -> Target {
+        let Self { range, velocity, sigma_range, sigma_velocity, verdict, .. } = *self;
+        let velocity = Some(velocity);
+        Target { range, velocity, sigma_range, sigma_velocity, verdict, ..Target::default() }
+    }
+
+    /// Whether range and velocity are those of `best`, within five of its deviations.
+    fn is(&self, best: &Self) -> bool {
+        let within = |a: I32F32, b: I32F32, sigma: f32| {
+            let off = a.saturating_sub(b).to_num::<f32>();
+            off * off <= SAME * sigma * sigma
+        };
+        within(self.range, best.range, best.sigma_range)
+            && within(self.velocity, best.velocity, best.sigma_velocity)
+    }
+
+    /// The hypothesis with the verdict [`Verdict::Unresolved`] if a line rises otherwise than the velocity says: it is of more than one
+    /// target.
+    fn with_rises(mut self, [rising, falling]: [&Line; 2], equations: &Equations) -> Self {
+        let velocity: f32 = self.velocity.to_num();
+        // The magnitude of a negative beat falls where the beat rises.
+        let [up, down] = self.signs.map(|sign| f32::from(sign) * equations.rise * velocity);
+        if !(rising.rises_by(up) && falling.rises_by(-down)) {
+            self.verdict = self.verdict.max(Verdict::Unresolved);
+        }
+        self
+    }
+
+    /// The hypothesis with the verdict [`Verdict::Unresolved`] if its flat line moves, which no velocity explains.
+    fn with_flat(mut self, flat: &Line) -> Self {
+        if !flat.rises_by(0.0) {
+            self.verdict = self.verdict.max(Verdict::Unresolved);
+        }
+        self
+    }
+
+    /// The squared distance, in variances, from where the hypothesis `before` was led in `time_s` seconds by its own velocity.
+    fn away(&self, before: &Before, time_s: f32) -> f32 {
+        let of = |new: I32F32, old: I32F32| new.saturating_sub(old).to_num::<f32>();
+        let velocity = of(self.velocity, before.velocity);
+        let mean = before.velocity.to_num::<f32>() + 0.5 * velocity;
+        let range = of(self.range, before.range) + mean * time_s;
+        let both = |a: f32, b: f32| a * a + b * b;
+        let speed = both(self.sigma_velocity, before.sigma_velocity);
+        let gain = ACCELERATION * time_s;
+        let place = both(self.sigma_range, before.sigma_range) + 0.25 * speed * time_s * time_s;
+        range * range / (place + 0.25 * gain * gain * time_s * time_s)
+            + velocity * velocity / (speed + gain * gain)
+    }
+
+    /// Whether the range is 0 or more, within five deviations.
+    fn is_ahead(&self) -> bool {
+        let range: f32 = self.range.to_num();
+        range >= 0.0 || range * range <= SAME * self.sigma_range * self.sigma_range
+    }
+
+    fn is_within(&self, equations: &Equations) -> bool {
+        let margin = SAME.root();
+        equations.bounds.hold(
+            [self.range.to_num(), margin * self.sigma_range],
+            [self.velocity.to_num(), margin * self.sigma_velocity],
+        )
+    }
+}
+
+/// A hypothesis of the last chirp.
+#[derive(Clone, Copy, Debug)]
+struct Before {
+    range: I32F32,
+    velocity: I32F32,
+    sigma_range: f32,
+    sigma_velocity: f32,
+    /// The logarithm of its probability, over that of the most probable one of its line.
+    weight: f32,
+}
+
+/// The hypotheses of a chirp, for the next one.
+#[derive(Clone, Debug)]
+pub(crate) struct Last {
+    kept: Vec<Before, KEPT>,
+}
+
+impl Last {
+    pub const fn new() -> Self {
+        Self { kept: Vec::new() }
+    }
+
+    /// Forgets all.
+    pub fn forget(&mut self) {
+        self.kept.clear();
+    }
+}
+
+/// The weights of the hypotheses at each step, and what the step adds.
+const STEPS: [Option<Decision>; 4] =
+    [None, Some(Decision::Bound), Some(Decision::Levels), Some(Decision::LastChirp)];
+
+/// The target of the line `of` of the rising ramp. `last` is the chirp that began `time_s` seconds before; the chirp takes its place.
+///
+/// Cost: six products of 64 bits and some sixty operations of 32-bit floats for each hypothesis: one for an I/Q triangle of one target, two
+/// for a real one, up to four for a trapezoid; two targets have four times as many, or eight times for a trapezoid.
+pub(crate) fn solve(
+    lines: &Lines,
+    of: usize,
+    signed: bool,
+    equations: &Equations,
+    before: Option<(&mut Last, Option<f32>)>,
+) -> Target {
+    let [ups, _, downs] = lines;
+    let (mut own, mut others) = (Vec::<Hypothesis, KEPT>::new(), Vec::<Hypothesis, KEPT>::new());
+    for (index, up) in ups.iter().enumerate() {
+        let kept = if index == of { &mut own } else { &mut others };
+        each(up, lines, signed, equations, |hypothesis| keep(kept, hypothesis));
+    }
+    let mut last = before;
+    let mut led = false;
+    if let Some((Last { kept }, Some(time_s))) = &last {
+        for hypothesis in own.iter_mut().chain(&mut others) {
+            let ways = kept.iter().map(|old| (hypothesis.away(old, *time_s), old.weight));
+            // Two values, each within five deviations.
+            led |= ways.clone().any(|(away, _)| away <= 2.0 * SAME);
+            let ways = ways.map(|(away, weight)| weight - 0.5 * away);
+            hypothesis.last = ways.fold(f32::NEG_INFINITY, f32::max);
+        }
+    }
+    // Without a way from the last chirp the targets are others.
+    let weight = |step: usize, hypothesis: &Hypothesis| {
+        let Hypothesis { beats, levels, last, .. } = *hypothesis;
+        if step >= 1 && !hypothesis.is_within(equations) {
+            return f32::NEG_INFINITY;
+        }
+        let levels = if step >= 2 { levels } else { 0.0 };
+        let last = if step >= 3 && led { last } else { 0.0 };
+        beats + levels + last
+    };
+    let ahead = own.iter().any(Hypothesis::is_ahead);
+    if ahead {
+        own.retain(Hypothesis::is_ahead);
+    }
+    others.retain(Hypothesis::is_ahead);
+    // A falling beat may belong to another rising one, if some target's falling beat is not seen.
+    let hidden = downs.len() < ups.len();
+    let rivals = if hidden { others.as_slice() } else { &[] };
+    let within = own.iter().any(|hypothesis| hypothesis.is_within(equations));
+    let last_step = match (within, led) {
+        (false, _) => 0,
+        (true, false) => 2,
+        (true, true) => 3,
+    };
+    let mut choice: Option<Choice> = None;
+    let mut decided = None;
+    for (step, by) in STEPS.into_iter().enumerate().take(last_step + 1) {
+        let ranks = |hypothesis: &Hypothesis| weight(last_step, hypothesis);
+        let found = Choice::new(&own, rivals, |hypothesis| weight(step, hypothesis), ranks);
+        // Levels that contradict each other decide nothing.
+        let equal = |best: &Hypothesis| -2.0 * best.levels <= SAME;
+        let sure = found.as_ref().filter(|found| found.wrong <= WRONG);
+        decided = sure.filter(|found| step < 2 || equal(&found.best)).map(|_| by);
+        choice = found.or(choice);
+        if decided.is_some() {
+            break;
+        }
+    }
+    let Some(Choice { best, wrong }) = choice else {
+        return chirp::unseen(lines);
+    };
+    let least = if within && best.range >= 0 { Verdict::Good } else { Verdict::Unresolved };
+    let mut target = best.target();
+    target.verdict = target.verdict.max(least);
+    if let Some(by) = decided {
+        target.ambiguity = by.map_or(Ambiguity::None, Ambiguity::Decided);
+    } else {
+        let listed = listed(&own, &best, wrong, |hypothesis| weight(last_step, hypothesis));
+        target.ambiguity = Ambiguity::Several(listed);
+        if target.verdict.usable() < Usable::No {
+            target.verdict = target.verdict.max(Verdict::Ambiguous);
+        }
+    }
+    if let Some((Last { kept }, _)) = &mut last {
+        kept.clear();
+        for group in [own.as_slice(), others.as_slice()] {
+            let most = group.iter().map(|h| weight(3, h)).fold(f32::NEG_INFINITY, f32::max);
+            for hypothesis in group.iter().filter(|h| weight(3, h) > most - SAME) {
+                let Hypothesis { range, velocity, sigma_range, sigma_velocity, .. } = *hypothesis;
+                let weight = weight(3, hypothesis) - most;
+                // Without room the target of another line is found anew.
+                let _ = kept.push(Before { range, velocity, sigma_range, sigma_velocity, weight });
+            }
+        }
+    }
+    target
+}
+
+/// The best hypothesis of a step.
+struct Choice {
+    best: Hypothesis,
+    /// The probability of all that are not the same target.
+    wrong: f32,
+}
+
+impl Choice {
+    /// The best of a line's own hypotheses, against the rest of them and against `others`, which give its beats to other lines. Of equals
+    /// it is the one of the higher rank.
+    fn new(
+        own: &[Hypothesis],
+        others: &[Hypothesis],
+        weight: impl Fn(&Hypothesis) -> f32,
+        rank: impl Fn(&Hypothesis) -> f32,
+    ) -> Option<Self> {
+        let heavier = |a: &&Hypothesis, b: &&Hypothesis| {
+            weight(a).total_cmp(&weight(b)).then(rank(a).total_cmp(&rank(b)))
+        };
+        let best = *own.iter().max_by(heavier)?;
+        let most = weight(&best);
+        if most == f32::NEG_INFINITY {
+            return None;
+        }
+        let share = |hypothesis: &Hypothesis| libm::expf((weight(hypothesis) - most).min(80.0));
+        let (mut same, mut rest) = (0.0, 0.0);
+        for hypothesis in own {
+            let part = if hypothesis.is(&best) { &mut same } else { &mut rest };
+            *part += share(hypothesis);
+        }
+        rest += others.iter().map(share).fold(0.0, f32::max);
+        Some(Self { best, wrong: rest / (same + rest) })
+    }
+}
+
+/// The candidates, the most probable first.
+fn listed(
+    own: &[Hypothesis],
+    best: &Hypothesis,
+    wrong: f32,
+    weight: impl Fn(&Hypothesis) -> f32,
+) -> Candidates {
+    let most = weight(best);
+    let same = own.iter().filter(|h| h.is(best)).map(|h| libm::expf(weight(h) - most));
+    let unit = (1.0 - wrong) / same.sum::<f32>().max(f32::MIN_POSITIVE);
+    let mut left: Vec<Hypothesis, KEPT> = first(own.iter().copied());
+    let mut next = Some(*best);
+    Candidates::new(core::iter::from_fn(|| {
+        let likely = next.take().or_else(|| {
+            let heavier = |a: &&Hypothesis, b: &&Hypothesis| weight(a).total_cmp(&weight(b));
+            left.iter().max_by(heavier).copied()
+        })?;
+        let shares = left.iter().filter(|h| h.is(&likely));
+        let odds = unit * shares.map(|h| libm::expf(weight(h) - most)).sum::<f32>();
+        left.retain(|h| !h.is(&likely));
+        let Hypothesis { range, velocity, .. } = likely;
+        (odds > WRONG).then_some(Candidate { range, velocity, odds })
+    }))
+}
+
+/// Keeps a hypothesis, in the place of the least likely if there is no room.
+fn keep(kept: &mut Vec<Hypothesis, KEPT>, hypothesis: Hypothesis) {
+    let Err(hypothesis) = kept.push(hypothesis) else { return };
+    let likelihood = |h: &Hypothesis| h.beats + h.levels;
+    let least = kept.iter_mut().min_by(|a, b| likelihood(a).total_cmp(&likelihood(b)));
+    if let Some(least) = least.filter(|least| likelihood(least) < likelihood(&hypothesis)) {
+        *least = hypothesis;
+    }
+}
+
+/// Each hypothesis of one line of the rising ramp.
+fn each(
+    up: &Line,
+    [ups, flats, downs]: &Lines,
+    signed: bool,
+    equations: &Equations,
+    mut tell: impl FnMut(Hypothesis),
+) {
+    let several = ups.len().max(flats.len()).max(downs.len()) > 1;
+    let fewer = flats.len() < ups.len().max(downs.len());
+    for down in downs {
+        let mut tell = |levels: f32, hypothesis: Hypothesis| {
+            let hypothesis = Hypothesis { levels, ..hypothesis };
+            tell(hypothesis.with_rises([up, down], equations));
+        };
+        let (rising, falling) = (&up.tone, &down.tone);
+        let both = levels([rising, falling].into_iter(), equations);
+        if equations.shape != Shape::Trapezoid {
+            let tones = [*rising, *falling];
+            chirp::ramps(&tones, signed, equations, |hypothesis| tell(both, hypothesis));
+            continue;
+        }
+        for flat in flats {
+            let tones = [*rising, flat.tone, *falling];
+            if !(fewer && flat.is_smeared()) {
+                let levels = levels(tones.iter(), equations);
+                let tell = |hypothesis: Hypothesis| tell(levels, hypothesis.with_flat(flat));
+                chirp::segments(&tones, None, signed, equations, tell);
+            }
+            if fewer {
+                // The line may be several targets' whose velocities are nearly equal.
+                let tell = |hypothesis| tell(both, hypothesis);
+                chirp::segments(&tones, Some(MERGED), signed, equations, tell);
+            }
+        }
+        if several {
+            // The flat lines are of other targets, and this one is slow: its flat beat is where no further line is sought.
+            let tones = [*rising, Tone::ZERO, *falling];
+            let tell = |hypothesis| tell(both, hypothesis);
+            chirp::segments(&tones, Some(DRIFT as f32), signed, equations, tell);
+        }
+    }
+}
+
+/// The logarithm of the likelihood of equal levels: minus half of the squared distances from their mean, in variances. A relative error of an
+/// amplitude has the variance `1 / (n snr)`, or half of that for I/Q records.
+fn levels<'a>(lines: impl Iterator<Item = &'a Tone>, equations: &Equations) -> f32 {
+    let (mut sum, mut first, mut second) = (0.0, 0.0, 0.0);
+    for Tone { amplitude, snr, .. } in lines {
+        let weight = 1.0 / (0.5 * LEVEL + 1.0 / (equations.samples * snr));
+        if weight > 0.0 && *amplitude > 0.0 {
+            let level = libm::logf(*amplitude);
+            sum += weight;
+            first += weight * level;
+            second += weight * level * level;
+        }
+    }
+    if sum > 0.0 { -0.5 * (second - first * first / sum).max(0.0) } else { 0.0 }
+}
