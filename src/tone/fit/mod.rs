@@ -387,7 +387,6 @@ impl<T: Scalar> Distance<T> {
     }
 }
 
-/// The constants of every distance up to the reach.
 /// [`singles`] of a supported number of samples.
 fn singles_of(n: usize) -> &'static [Distance<f32>; REACH + 1] {
     match n {
@@ -401,6 +400,7 @@ fn singles_of(n: usize) -> &'static [Distance<f32>; REACH + 1] {
     }
 }
 
+/// The constants of every distance up to the reach.
 const fn singles<const N: usize>() -> [Distance<f32>; REACH + 1] {
     let mut table = [NO_DISTANCE; REACH + 1];
     let mut i = 1;
