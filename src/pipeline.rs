@@ -314,11 +314,9 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         }
         alone()
     }
-}
 
-/// Whether a tone of the last block is the only line of [`COMPARABLE`] strength, by bins that are read in integers: the search for lines
-/// in floats takes as long as the block. A line within the skirt of the tone would show in its fit.
-impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
+    /// Whether a tone of the last block is the only line of [`COMPARABLE`] strength, by bins that are read in integers: the search for
+    /// lines in floats takes as long as the block. A line within the skirt of the tone would show in its fit.
     fn is_alone(&self, tone: &Tone, others: u64) -> bool {
         if tone.verdict > Verdict::Moving || !self.plan.options.effort.is_one_tone() {
             return false;
