@@ -9,7 +9,8 @@ use crate::plan::{Plan, Solver, Terms};
 use crate::solve::bounds::Bounds;
 use crate::solve::chirp::{Mixing, Scale};
 use crate::solve::equations::{Chirp, Equations};
-use crate::solve::track::{Tracking, gain};
+use crate::solve::motion::{CALM, gain};
+use crate::solve::track::Tracking;
 use crate::solve::tracks::APART;
 use crate::spectrum::neighbourhood::has_ring;
 use crate::spectrum::peak::Band;
@@ -110,18 +111,12 @@ pub struct Config {
     pub carrier: Carrier,
 }
 
-/// The parameters of following tones from block to block.
+/// The parameters of following tones from block to block. How a target moves is learnt, see [`crate::solve::track`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Following {
-    /// Sigma of a target's acceleration over sigma of a measurement, per block squared: 1e-6 to
-    /// 1e3. Usual values are 0.03 for steady targets, 0.1 for agile ones.
-    pub agility: f32,
-    /// The least sigma of the acceleration, bins per block squared, 0 to 4096. It holds however well a target is measured. A strong target
-    /// has a small sigma, and without this floor its gate is so narrow that the track loses such a target first.
-    pub acceleration_bins: f32,
     /// Sigma of a new target's rate, bins per block, 1e-6 to 4096.
     pub rate_bins: f32,
-    /// The most tones followed at once: 0 to 4; 0 follows none.
+    /// The most tones followed at once: 0 to 4. With 0, as in [`Following::NONE`], a tracker is a pipeline.
     pub most: u8,
     /// Locked tracking (see [`crate::tone::zoomed`]): one block in `refresh` is searched whole,
     /// and the others are measured only where the tone is expected. With 0 or 1, or with more than
@@ -131,8 +126,13 @@ pub struct Following {
 
 impl Default for Following {
     fn default() -> Self {
-        Self { agility: 0.05, acceleration_bins: 0.0, rate_bins: 2.0, most: 0, refresh: 0 }
+        Self { rate_bins: 2.0, most: 1, refresh: 0 }
     }
+}
+
+impl Following {
+    /// No tone is followed.
+    pub const NONE: Self = Self { rate_bins: 2.0, most: 0, refresh: 0 };
 }
 
 impl Config {
@@ -184,7 +184,7 @@ pub enum ConfigError {
     Records,
     /// The probability of a false alarm is 0 or less, or above 0.5.
     FalseAlarm,
-    /// Agility, acceleration or rate is outside its range, or more than 4 tones are to be followed.
+    /// The rate is outside its range, or more than 4 tones are to be followed.
     Following,
     /// The carrier's width is negative, or more than half the sample rate.
     Carrier,
@@ -208,7 +208,7 @@ impl ConfigError {
             }
             ConfigError::FalseAlarm => "the false-alarm probability must lie between 0 and 0.5",
             ConfigError::Following => {
-                "follow at most 4 tones, agility 1e-6 to 1e3, rate 1e-6 to 4096, acceleration 0 to 4096 bins"
+                "follow at most 4 tones, with a rate of 1e-6 to 4096 bins a block"
             }
             ConfigError::Carrier => {
                 "the carrier's linewidth and envelope must lie between 0 and half the sample rate"
@@ -281,27 +281,30 @@ impl Config {
                 width,
             },
             solver: self.solver(n, iq)?,
-            tracking: self.tracking(n, &width)?,
+            tracking: self.tracking(n, iq, &threshold, &width)?,
         })
     }
 
-    fn tracking(&self, n: usize, width: &Width) -> Result<Tracking, ConfigError> {
-        let Following { agility, acceleration_bins, rate_bins, most, refresh } = self.following;
-        // The squares of these values are variances, which must neither overflow nor vanish.
-        let right = (1e-6..=1e3).contains(&agility)
-            && (1e-6..=4096.0).contains(&rate_bins)
-            && (0.0..=4096.0).contains(&acceleration_bins)
-            && usize::from(most) <= MOST;
-        if !right {
+    fn tracking(
+        &self,
+        n: usize,
+        iq: bool,
+        threshold: &Threshold,
+        width: &Width,
+    ) -> Result<Tracking, ConfigError> {
+        let Following { rate_bins, most, refresh } = self.following;
+        // The square of a rate is a variance, which must neither overflow nor vanish.
+        if !((1e-6..=4096.0).contains(&rate_bins) && usize::from(most) <= MOST) {
             return Err(ConfigError::Following);
         }
         let bin = 1.0 / n.max(1) as f32;
         Ok(Tracking {
-            agility,
-            acceleration: acceleration_bins * bin,
             rate: rate_bins * bin,
+            signed: iq,
+            // A real tone has half of its power in its bin, the other half in the mirror image's.
+            evident: threshold.least_power() * bin * if iq { 1.0 } else { 2.0 },
             apart: APART * bin,
-            envelope: width.followed(gain(agility)) * bin * bin,
+            envelope: width.followed(gain(CALM)) * bin * bin,
             stated: 2.0 * width.envelope * bin * bin,
             most: usize::from(most),
             refresh,
@@ -429,20 +432,13 @@ mod tests {
     #[test]
     fn following_is_refused_where_a_variance_would_overflow() {
         let config = Config::new(1e3, Codes::signed::<12>());
-        let with = |agility, acceleration_bins, rate_bins| {
-            let following =
-                Following { agility, acceleration_bins, rate_bins, most: 1, refresh: 0 };
+        let with = |rate_bins| {
+            let following = Following { rate_bins, ..Following::default() };
             Config { following, ..config }.terms::<Real>(1024).map(|_| ())
         };
-        assert_eq!(with(0.05, 0.0, 2.0), Ok(()));
-        for (agility, acceleration, rate) in [
-            (1e30, 0.0, 2.0),
-            (0.05, 1e30, 2.0),
-            (0.05, 0.0, 1e30),
-            (1e-30, 0.0, 2.0),
-            (f32::NAN, 0.0, 2.0),
-        ] {
-            assert_eq!(with(agility, acceleration, rate), Err(ConfigError::Following));
+        assert_eq!(with(2.0), Ok(()));
+        for rate in [1e30, 1e-30, 0.0, -1.0, f32::NAN] {
+            assert_eq!(with(rate), Err(ConfigError::Following));
         }
     }
 }

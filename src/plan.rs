@@ -170,9 +170,9 @@ impl<R: Record, const N: usize> Plan<R, N> {
             },
             solver: Solver::None,
             tracking: Tracking {
-                agility: 0.0,
-                acceleration: 0.0,
                 rate: 0.0,
+                signed: false,
+                evident: 0.0,
                 apart: 0.0,
                 envelope: 0.0,
                 stated: 0.0,

@@ -79,7 +79,7 @@ defaults! {
     struct Chirp {
         shape: Shape, wavelength_m: f64, bandwidth_hz: f64, duration_s: f64, guard_s: f64, mixing: Mixing, sweep_curvature: f64,
     }
-    struct Following { most: u8, refresh: u8, agility: f32, acceleration_bins: f32, rate_bins: f32 }
+    struct Following { most: u8, refresh: u8, rate_bins: f32 }
     struct Carrier { linewidth_hz: f32, envelope_hz: f32 }
     struct Trigger { ratio: Option<f32>, hold_off: u32, least: u32 }
 }

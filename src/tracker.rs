@@ -22,7 +22,7 @@ use crate::tone::lock::Lock;
 use crate::tone::{Tone, Usable};
 use heapless::Vec;
 
-/// Turns ADC samples into tracks. Its memory is a pipeline and about 2 KB, because each segment of a chirp has its own tracks.
+/// Turns ADC samples into tracks. Its memory is a pipeline and about 6 KB, because each segment of a chirp has its own tracks.
 ///
 /// ```
 /// use picket_dsp::solve::track::State;
@@ -141,9 +141,13 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         let find = |tone: &Tone, gate: f32| {
             let gate = bins::<R>(tone, gate, plan.band, N);
             let peak = peak::within(pipeline.spectrum(), plan.band, gate)?;
-            let threshold = Threshold::new(gate.width(), HOLD);
-            Some(pipeline.measure(stamp, samples, measurement.clipped, &peak, threshold))
-                .filter(|tone| tone.verdict.usable() < Usable::No)
+            [plan.options.threshold, Threshold::new(gate.width(), HOLD)]
+                .into_iter()
+                .map(|threshold| {
+                    pipeline.measure(stamp, samples, measurement.clipped, &peak, threshold)
+                })
+                .zip([true, false])
+                .find(|(tone, _)| tone.verdict.usable() < Usable::No)
         };
         let every = plan.segments();
         let sight = Sight { stamp, every, bin: 1.0 / N as f32, tones: &tones, find };

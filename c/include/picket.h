@@ -48,7 +48,7 @@ enum {
     PICKET_ERROR_RAMP = 19,         /* a ramp is shorter than its guard and a record */
     PICKET_ERROR_SCALE = 20,        /* range or velocity per cycle out of range */
     PICKET_ERROR_FALSE_ALARM = 21,  /* not above 0, or above 0.5 */
-    PICKET_ERROR_FOLLOWING = 22,    /* agility, rate, acceleration or most out of range */
+    PICKET_ERROR_FOLLOWING = 22,    /* rate or most out of range */
     PICKET_ERROR_CONFIG = 23        /* anything else in a configuration */
 };
 /* A status in one line of English. Never NULL. */
@@ -57,7 +57,7 @@ const char *picket_status_message(picket_status status);
 /* ---- Verdicts ---- */
 
 /* What is known against a number. The order of severity is: good, moving, near-edge, clipped, unresolved, image, gap,
-   weak, ambiguous, front-end, no-signal, wrong-codes. */
+   weak, ambiguous, front-end, no-signal, wrong-codes, coasting. */
 enum {
     PICKET_GOOD = 0,        /* one steady tone: sigma is its error */
     PICKET_NEAR_EDGE = 1,   /* beside 0 Hz or half the rate, or outside of the band */
@@ -70,7 +70,8 @@ enum {
     PICKET_MOVING = 8,      /* it changes within the block: the mean, within sigma */
     PICKET_IMAGE = 9,       /* I and Q do not match: the sign may be wrong */
     PICKET_FRONT_END = 10,  /* codes wrap, or samples changed places: it may be another line */
-    PICKET_AMBIGUOUS = 11   /* the beats of a chirp fit several targets, and nothing decides */
+    PICKET_AMBIGUOUS = 11,  /* the beats of a chirp fit several targets, and nothing decides */
+    PICKET_COASTING = 12    /* not measured in this block: the track's prediction */
 };
 /* What a number may be used for. */
 enum {
@@ -204,11 +205,9 @@ enum {
 
 /* How tones are followed. */
 typedef struct picket_following {
-    float agility;           /* sigma of the acceleration over that of a measurement; 0 is 0.05 */
-    float acceleration_bins; /* its least sigma, bins per block squared */
-    float rate_bins;         /* sigma of a new target's rate, bins per block; 0 is 2 */
-    uint8_t most;            /* tones followed at once, 1 to 4; 0 is 1 */
-    uint8_t refresh;         /* one block in so many is searched whole while one tone is locked; 0 searches all */
+    float rate_bins;     /* sigma of a new target's rate, bins per block; 0 is 2 */
+    uint8_t most;        /* tones followed at once, 1 to 4; 0 is 1 */
+    uint8_t refresh;     /* one block in so many is searched whole while one tone is locked; 0 searches all */
     uint8_t reserved[2];
 } picket_following;
 
@@ -303,7 +302,7 @@ enum { PICKET_CONTINUOUS = 0, PICKET_UP = 1, PICKET_FLAT = 2, PICKET_DOWN = 3 };
         uint64_t state[(4 * (N) * (PARTS) + 1280) / 8];                                                             \
     } KIND;                                                                                                         \
     typedef struct KIND##_tracker {                                                                                 \
-        uint64_t state[(4 * (N) * (PARTS) + 5632) / 8];                                                             \
+        uint64_t state[(4 * (N) * (PARTS) + 7424) / 8];                                                             \
     } KIND##_tracker;                                                                                               \
     typedef struct KIND##_accumulator {                                                                             \
         uint64_t state[(8 * (N) * (PARTS) + 256) / 8];                                                              \

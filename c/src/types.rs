@@ -314,8 +314,6 @@ impl CScene {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct CFollowing {
-    agility: f32,
-    acceleration_bins: f32,
     rate_bins: f32,
     most: u8,
     refresh: u8,
@@ -331,8 +329,6 @@ impl CFollowing {
         let usual = Following::default();
         let or = |value: f32, usual: f32| if value == 0.0 { usual } else { value };
         Ok(Following {
-            agility: or(self.agility, usual.agility),
-            acceleration_bins: self.acceleration_bins,
             rate_bins: or(self.rate_bins, usual.rate_bins),
             most: self.most.max(1),
             refresh: self.refresh,
@@ -461,7 +457,7 @@ const _: () = assert!(
         && size_of::<CStamp>() == 16
         && size_of::<CConfig>() == 40
         && size_of::<CScene>() == 88
-        && size_of::<CFollowing>() == 16
+        && size_of::<CFollowing>() == 8
         && size_of::<CAccumulating>() == 24
         && size_of::<CAccumulated>() == 40
         && size_of::<CTrigger>() == 16

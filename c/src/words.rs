@@ -52,7 +52,7 @@ macro_rules! words {
 
 words!(
     Good, Moving, NearEdge, Clipped, Unresolved, Image, Gap, Weak, Ambiguous, FrontEnd, NoSignal,
-    WrongCodes
+    WrongCodes, Coasting
 );
 
 /// The words of a number from a tone.

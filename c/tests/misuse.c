@@ -245,7 +245,7 @@ static void options(void) {
     following.most = 5;
     EXPECT(picket_real1024_tracker_init(&tracker, &config, &scene, &following), PICKET_ERROR_FOLLOWING);
     following.most = 0;
-    following.agility = -1.0f;
+    following.rate_bins = -1.0f;
     EXPECT(picket_real1024_tracker_init(&tracker, &config, &scene, &following), PICKET_ERROR_FOLLOWING);
     CHECK(all_are(&meter, sizeof meter, 0) && all_are(&tracker, sizeof tracker, 0));
     /* One kind's memory is not another's, nor a tracker's a pipeline's. */

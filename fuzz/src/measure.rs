@@ -168,13 +168,7 @@ pub(super) fn config(input: &mut Input) -> Config {
             }
             _ => Carrier::default(),
         },
-        following: Following {
-            agility: input.number() as f32,
-            acceleration_bins: input.number() as f32,
-            rate_bins: input.number() as f32,
-            most,
-            refresh,
-        },
+        following: Following { rate_bins: input.number() as f32, most, refresh },
         ..Config::new(1.0, codes)
     }
 }

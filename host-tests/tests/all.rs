@@ -30,6 +30,7 @@ mod harmonic;
 mod least_squares;
 mod lines;
 mod locked;
+mod manoeuvres;
 mod monte_carlo;
 mod nucleo;
 mod offset;

@@ -70,23 +70,22 @@ impl<const N: usize> Feed<N> {
     }
 }
 
-/// Variance over a single block's, and (error / sigma)^2 of both states together, per state.
-///
-/// The target accelerates as the filter assumes. Bars: the variance within 10 % of the tracking index's, and
-/// the filter's own covariance within 0.88..1.15 of the truth.
+/// Variance over a single block's, and (error / sigma)^2 of frequency and rate together, per state, of targets that accelerate at random:
+/// not at all, as the calm model assumes, between two models, and far beyond them. The filter knows nothing of it.
 #[test]
-fn the_variance_is_what_the_tracking_index_says_and_the_filter_knows_it() {
+fn the_filter_knows_its_own_covariance_however_a_target_accelerates() {
     const SEED: u64 = 0x7AC4_0001;
     const N: usize = 256;
     const RUNS: u64 = 300;
     println!("seed {SEED:#x}, {RUNS} runs; Lambda, variance / block's, NEES");
-    for (agility, expected, refresh) in
-        [(0.01, 0.13, 0), (0.03, 0.22, 16), (0.1, 0.36, 0), (0.3, 0.54, 16)]
+    // The variances of a filter that is told Lambda: 0.27 at 0.05, 0.45 at 0.18, 0.79 at 1.2.
+    for (agility, most, refresh) in
+        [(0.0, 0.30, 16), (0.05, 0.33, 0), (0.18, 0.62, 16), (1.2, 1.0, 0)]
     {
         let runs: Vec<[f64; 5]> = (0..RUNS)
             .into_par_iter()
             .map(|run| {
-                let following = Following { agility, refresh, most: 1, ..Following::default() };
+                let following = Following { refresh, ..one() };
                 let mut feed = Feed::<N>::new(following, 10.0, SEED + (agility * 1e3) as u64, run);
                 let mut motion = generator(SEED + 1, run);
                 // The bound at 10 dB, times what least squares makes of it.
@@ -95,7 +94,7 @@ fn the_variance_is_what_the_tracking_index_says_and_the_filter_knows_it() {
                 let (mut place, mut rate) = (60.0 + motion.random_range(-0.5..0.5), 0.0);
                 let mut sums = [0.0; 5];
                 for block in 0..100 {
-                    let push = f64::from(agility) * sigma * motion.sample::<f64, _>(StandardNormal);
+                    let push = agility * sigma * motion.sample::<f64, _>(StandardNormal);
                     place += rate + push / 2.0;
                     rate += push;
                     let single = feed.block(&[place]).tone;
@@ -120,13 +119,11 @@ fn the_variance_is_what_the_tracking_index_says_and_the_filter_knows_it() {
             runs.iter().fold([0.0; 5], |a, b| std::array::from_fn(|i| a[i] + b[i]));
         let (ratio, nees) = (tracked / single, nees / count);
         let locked = locked / count;
-        println!(
-            "{agility}: {ratio:.3} (index {expected}), NEES {nees:.3}, {count} blocks, {locked:.2} locked"
-        );
+        println!("{agility}: {ratio:.3}, NEES {nees:.3}, {count} blocks, {locked:.2} locked");
         assert!(refresh == 0 || locked > 0.85, "{locked} locked");
         assert!(count > 0.99 * 12.0 * RUNS as f64, "{count} blocks tracked");
-        assert!((ratio / expected - 1.0).abs() < 0.1, "{agility}: {ratio}");
-        assert!((0.88..1.15).contains(&nees), "{agility}: {nees}");
+        assert!(ratio < most, "{agility}: {ratio}");
+        assert!((0.6..1.4).contains(&nees), "{agility}: {nees}");
     }
 }
 
@@ -301,7 +298,7 @@ fn pursuit(rate_hz: Option<f64>, n: usize, band_hz: (f64, f64), following: Follo
 #[test]
 fn two_vehicles_are_two_tracks() {
     let file = host_tests::data("cw24_car_moto_towards_i16_48000.bin");
-    let following = Following { acceleration_bins: 2.0, most: 1, ..Following::default() };
+    let following = one();
     let pursuit = pursuit(Some(48e3), 4096, (300.0, 2500.0), following);
     let mut seen = Vec::new();
     let trails = follow::run(&file, &pursuit, &mut |s| seen.push(*s), &mut |_| ()).unwrap();
@@ -428,7 +425,7 @@ fn a_car_that_brakes_is_followed_by_its_wave() {
         let scene =
             Scene::Doppler { wavelength_m: SPEED_OF_LIGHT / CARRIER_HZ, angle_rad: 0.0, mixing };
         let codes = Codes::signed::<12>();
-        let following = Following { agility: 0.1, most: 1, ..Following::default() };
+        let following = one();
         let config = Config { scene, following, ..Config::new(RATE_HZ, codes) };
         let mut tracker = Tracker::<Iq, N>::new(config.plan::<Iq, N>().unwrap());
         let receiver = Receiver { codes, ..Receiver::ideal(RATE_HZ, true, mixing) };

@@ -38,7 +38,6 @@ const VALUES: &[(&str, &str, &[&str])] = &[
     ("analyze @", "--plot", &["x.gif", "noname", "/nowhere/x.svg"]),
     ("analyze @ --n 256", "--most", &["x", "0", "5"]),
     ("analyze @ --track --n 256", "--most", &["x", "300", "9"]),
-    ("analyze @ --track --n 256", "--acceleration", &["x", "-1"]),
     ("explain @", "--block", &["-1", "x", "", "999999", "1.5"]),
     ("explain @ --block 0", "--plot", &["x.gif", "noname", "/nowhere/x.svg"]),
     ("web", "--port", &["x", "-1", "99999", ""]),

@@ -55,8 +55,7 @@ fn every_setting_comes_back() {
     }
     config.band_hz = Some((-1234.5, 0.1 + 0.2));
     config.false_alarm = 1e-9;
-    config.following =
-        Following { agility: 0.1, acceleration_bins: 0.3, rate_bins: 1.7, most: 3, refresh: 9 };
+    config.following = Following { rate_bins: 1.7, most: 3, refresh: 9 };
     config.carrier = Carrier { linewidth_hz: 12.3, envelope_hz: 4.56 };
     for mixing in Mixing::ALL {
         config.scene = Scene::Doppler { wavelength_m: 1550e-9, angle_rad: 0.1, mixing };

@@ -136,7 +136,7 @@ prop_compose! {
         kind in 0..3u8,
         shape in select(vec![Shape::Trapezoid, Shape::Triangle, Shape::Sawtooth]),
         mixing in select(vec![Mixing::TxConjRx, Mixing::RxConjTx]),
-        following in (number(), number(), number(), 0..=4u8, any::<u8>()),
+        following in (number(), 0..=4u8, any::<u8>()),
         carrier in [number(), number()],
         (low, high) in (-32768..=-128i16, 127..=32767i16),
         [range_m, velocity_mps] in proptest::array::uniform2(proptest::option::of((number(), number()))),
@@ -155,7 +155,7 @@ prop_compose! {
                 ..Chirp::default()
             }),
         };
-        let (agility, acceleration, rate, most, refresh) = following;
+        let (rate, most, refresh) = following;
         Config {
             band_hz,
             method,
@@ -165,8 +165,6 @@ prop_compose! {
             false_alarm,
             scene,
             following: Following {
-                agility: agility as f32,
-                acceleration_bins: acceleration as f32,
                 rate_bins: rate as f32,
                 most,
                 refresh,

@@ -298,22 +298,20 @@ class Tracker(_Front):
     """Follows tones from block to block.
 
     most: tones followed at once, 1 to 4.
-    agility: sigma of a target's acceleration over that of a measurement, per block squared: 0.03 for steady ones, 0.1 for agile ones.
-    acceleration_bins: its least sigma, bins per block squared.
     rate_bins: sigma of a new target's rate, bins per block.
     refresh: one block in so many is searched whole while one tone is locked; 0 searches every block.
     The rest is as for Pipeline.
     """
 
     def __init__(
-        self, n=1024, rate_hz=None, codes=12, iq=False, band_hz=None, scene=None, *, most=1, agility=0.05, acceleration_bins=0.0,
-        rate_bins=2.0, refresh=0, false_alarm=None, arithmetic="float", effort="one", linewidth_hz=0.0, envelope_hz=0.0,
+        self, n=1024, rate_hz=None, codes=12, iq=False, band_hz=None, scene=None, *, most=1, rate_bins=2.0, refresh=0,
+        false_alarm=None, arithmetic="float", effort="one", linewidth_hz=0.0, envelope_hz=0.0,
     ):
         if not 1 <= int(most) <= 4:
             raise ValueError("most is 1 to 4")
         if not 0 <= int(refresh) <= 255:
             raise ValueError("refresh is 0 to 255 blocks")
-        following = (float(agility), float(acceleration_bins), float(rate_bins), int(most), int(refresh))
+        following = (float(rate_bins), int(most), int(refresh))
         super().__init__(
             n, rate_hz, codes, iq, band_hz, scene, false_alarm, "i32", arithmetic, effort, following,
             (float(linewidth_hz), float(envelope_hz)),

@@ -62,8 +62,6 @@ class Tracker:
         scene: Doppler | Chirp | None = ...,
         *,
         most: int = ...,
-        agility: float = ...,
-        acceleration_bins: float = ...,
         rate_bins: float = ...,
         refresh: int = ...,
         false_alarm: float | None = ...,

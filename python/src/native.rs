@@ -87,7 +87,7 @@ impl Native {
         band_hz: Option<(f64, f64)>,
         false_alarm: Option<f64>,
         scene: Option<SceneTerms>,
-        following: Option<(f32, f32, f32, u8, u8)>,
+        following: Option<(f32, u8, u8)>,
         carrier: (f32, f32),
     ) -> PyResult<Self> {
         let codes = terms::codes(low, high).map_err(wrong)?;
@@ -112,8 +112,8 @@ impl Native {
             config.scene = terms::scene(&terms).map_err(wrong)?;
             [config.range_m, config.velocity_mps] = terms.9;
         }
-        if let Some((agility, acceleration_bins, rate_bins, most, refresh)) = following {
-            config.following = Following { agility, acceleration_bins, rate_bins, most, refresh };
+        if let Some((rate_bins, most, refresh)) = following {
+            config.following = Following { rate_bins, most, refresh };
         }
         let (linewidth_hz, envelope_hz) = carrier;
         config.carrier = Carrier { linewidth_hz, envelope_hz };

@@ -7,6 +7,7 @@ pub mod displacement;
 pub mod doppler;
 pub mod equations;
 pub(crate) mod hypotheses;
+pub(crate) mod motion;
 pub mod pairing;
 pub(crate) mod segments;
 pub mod sequence;

@@ -35,7 +35,8 @@ pub struct Sight<'a, F> {
     pub bin: f32,
     /// The tones found in the whole band.
     pub tones: &'a [Tone],
-    /// Looks for a tone within a half gate, in cycles per sample, of the given tone.
+    /// Looks for a tone within a half gate, in cycles per sample, of the given tone. Says, too, whether the tone passes the threshold of the
+    /// whole band.
     pub find: F,
 }
 
@@ -90,7 +91,7 @@ impl Tracks {
             *track = before;
             return false;
         }
-        track.update(tone, tracking);
+        track.update(tone, tone.snr > tracking.evident, tracking);
         self.last = Some(stamp.sequence);
         true
     }
@@ -104,12 +105,13 @@ impl Tracks {
     /// gate, with the lower threshold. The remaining tones start new tracks.
     pub fn step(
         &mut self,
-        sight: Sight<impl FnMut(&Tone, f32) -> Option<Tone>>,
+        sight: Sight<impl FnMut(&Tone, f32) -> Option<(Tone, bool)>>,
         tracking: &Tracking,
     ) {
         let Sight { stamp, every, bin, tones, mut find } = sight;
+        let all = tones;
         let (mut tones, mut seen) = self.paired(stamp, every, bin, tones, tracking);
-        self.look(&mut seen, bin, tracking, &mut find);
+        self.look(&mut seen, all, bin, tracking, &mut find);
         self.settle(&mut tones, &mut seen, bin, tracking);
     }
 
@@ -147,8 +149,12 @@ impl Tracks {
         tracking: &Tracking,
     ) {
         for (track, seen) in self.tracks.iter_mut().zip(seen) {
-            if !*seen {
-                track.miss();
+            let apart = |tone: &Tone| track.innovation(tone);
+            let nearest = tones.iter().map(apart).min_by(|a, b| a.abs().total_cmp(&b.abs()));
+            match (*seen, nearest) {
+                (true, _) => {}
+                (false, Some(innovation)) => track.reject(innovation),
+                (false, None) => track.miss(),
             }
         }
         self.crowd(tracking.most);
@@ -225,7 +231,7 @@ impl Tracks {
                 return;
             };
             if let (Some(track), Some(tone)) = (self.tracks.get_mut(index), tones.get(number)) {
-                track.update(tone, tracking);
+                track.update(tone, true, tracking);
             }
             if let Some(seen) = seen.get_mut(index) {
                 *seen = true;
@@ -238,9 +244,10 @@ impl Tracks {
     fn look(
         &mut self,
         seen: &mut [bool; SLOTS],
+        tones: &[Tone],
         bin: f32,
         tracking: &Tracking,
-        find: &mut impl FnMut(&Tone, f32) -> Option<Tone>,
+        find: &mut impl FnMut(&Tone, f32) -> Option<(Tone, bool)>,
     ) {
         for index in 0..self.tracks.len() {
             let Some(&track) = self.tracks.get(index) else {
@@ -249,10 +256,18 @@ impl Tracks {
             if track.state != State::Held || seen.get(index).is_none_or(|seen| *seen) {
                 continue;
             }
-            let Some(tone) = find(&track.tone, track.gate(tracking)) else {
+            let Some((tone, alone)) = find(&track.tone, track.gate(tracking)) else {
                 continue;
             };
             if track.distance(&tone, tracking).is_none() {
+                continue;
+            }
+            // The skirt of a stronger line is no tone: `d` bins beside a line of amplitude `A` it is `A / (pi d)`.
+            let skirt = |other: &Tone| {
+                let apart = tone.frequency.beyond(other.frequency).abs();
+                tone.amplitude * apart < other.amplitude * bin && apart > 0.5 * bin
+            };
+            if tones.iter().any(skirt) {
                 continue;
             }
             // A tone that another track has taken is not taken twice.
@@ -260,7 +275,7 @@ impl Tracks {
                 *seen && other.number != track.number && other.innovation(&tone).abs() < bin
             });
             if let Some(track) = self.tracks.get_mut(index) {
-                if taken { track.coast() } else { track.update(&tone, tracking) }
+                if taken { track.coast() } else { track.update(&tone, alone, tracking) }
             }
             if let Some(seen) = seen.get_mut(index) {
                 *seen = true;

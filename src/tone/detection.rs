@@ -144,7 +144,7 @@ impl Threshold {
     }
 
     /// The ratio to exactly known noise above which a peak is a tone.
-    pub(super) fn least_power(&self) -> f32 {
+    pub(crate) fn least_power(&self) -> f32 {
         self.log
     }
 

@@ -171,6 +171,7 @@ mod tests {
             (Evidence { sigma: f32::NAN, ..clean }, Verdict::Weak),
             (Evidence::NO_TONE, Verdict::NoSignal),
             (Evidence { beyond: 1, ..clean }, Verdict::WrongCodes),
+            (Evidence::new(Reasons::NONE.with(Verdict::Coasting)), Verdict::Coasting),
         ];
         for (evidence, expected) in parts {
             assert_eq!(verdict(&evidence), expected, "{evidence:?}");

@@ -113,6 +113,10 @@ verdicts! {
     /// mean nothing.
     7 WrongCodes "wrong-codes" No 0,
         "Samples lie beyond the rails that were stated: the converter's codes are others.";
+    /// A track's prediction. This block did not measure the tone: it is missing, is not where it was expected, or cannot be told from
+    /// another track's. Sigma is that of the prediction, if the target goes on as before.
+    12 Coasting "coasting" No 0,
+        "The block did not measure the tone: this is the track's prediction.";
 }
 
 impl Verdict {

@@ -31,6 +31,7 @@ export const SIGNS = {
   "front-end": "\u21af",
   "no-signal": "\u2205",
   "wrong-codes": "\u2260",
+  coasting: "\u21e2",
 };
 
 /** What an answer may be used for, by the library's word; of one that may be used without a thought nothing is said. */

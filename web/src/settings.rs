@@ -132,11 +132,7 @@ impl Settings {
         Config {
             band_hz: (self.band_hz != (0.0, 0.0)).then_some(self.band_hz),
             scene,
-            following: Following {
-                most: self.most,
-                acceleration_bins: 0.1,
-                ..Following::default()
-            },
+            following: Following { most: self.most, ..Following::default() },
             ..Config::new(self.rate_hz, self.codes)
         }
     }

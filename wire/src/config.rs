@@ -15,7 +15,7 @@
 //! | 16 | rate, band's ends: 3 f64, Hz |
 //! | 40 | wavelength, angle or bandwidth, duration: 3 f64 |
 //! | 64 | probability of a false alarm: f64 |
-//! | 72 | agility, acceleration, rate of following: 3 f32 |
+//! | 72 | what earlier trackers took: 2 f32, 0.05 and 0; rate of following: f32 |
 //!
 //! The usual mixing is tx-conj-rx for a chirp, and rx-conj-tx for a Doppler scene. Bit 2 is clear in what layouts without it
 //! have written, and these mean the usual one.
@@ -89,7 +89,7 @@ pub(crate) fn put(writer: &mut Writer<'_>, iq: bool, n: u32, config: &Config) {
         _ => (u8::MAX, 0, [0.0; 3]),
     };
     let (lowest, highest) = config.codes.rails();
-    let Following { agility, acceleration_bins, rate_bins, most, refresh } = config.following;
+    let Following { rate_bins, most, refresh } = config.following;
     let flags = u8::from(iq) | u8::from(band) << 1 | u8::from(unusual(config)) << 2;
     writer.put([flags, config.method.id(), scene, shape]);
     let how = config.arithmetic as u8 | config.effort.number() << 4;
@@ -102,7 +102,7 @@ pub(crate) fn put(writer: &mut Writer<'_>, iq: bool, n: u32, config: &Config) {
         writer.f64(number);
     }
     writer.f64(config.false_alarm);
-    for number in [agility, acceleration_bins, rate_bins] {
+    for number in [0.05, 0.0, rate_bins] {
         writer.f32(number);
     }
 }
@@ -132,7 +132,7 @@ fn fields(reader: &mut Reader<'_>) -> Option<(bool, u32, Config)> {
     let (low, high) = (reader.f64()?, reader.f64()?);
     let (wavelength_m, second, third) = (reader.f64()?, reader.f64()?, reader.f64()?);
     let false_alarm = reader.f64()?;
-    let (agility, acceleration_bins, rate_bins) = (reader.f32()?, reader.f32()?, reader.f32()?);
+    let (_, _, rate_bins) = (reader.f32()?, reader.f32()?, reader.f32()?);
     let unusual = flags & 4 != 0;
     let shape = match shape {
         0 => Shape::Trapezoid,
@@ -177,7 +177,7 @@ fn fields(reader: &mut Reader<'_>) -> Option<(bool, u32, Config)> {
             }),
             _ => return None,
         },
-        following: Following { agility, acceleration_bins, rate_bins, most, refresh },
+        following: Following { rate_bins, most, refresh },
         carrier: Carrier::default(),
     };
     Some((flags & 1 != 0, n, config))

@@ -61,8 +61,8 @@ const FIELDS: [(u8, &[u8]); 43] = [
     (CRITICAL | 27, &[0; 8]),                 // angle, rad, or bandwidth, Hz
     (CRITICAL | 28, &[0; 8]),                 // duration of a ramp, s
     (CRITICAL | 29, &1e-6f64.to_le_bytes()),  // probability of a false alarm
-    (CRITICAL | 30, &0.05f32.to_le_bytes()),  // agility
-    (CRITICAL | 31, &[0; 4]),                 // acceleration, bins
+    (CRITICAL | 30, &0.05f32.to_le_bytes()),  // of earlier trackers
+    (CRITICAL | 31, &[0; 4]),                 // of earlier trackers
     (CRITICAL | 32, &2f32.to_le_bytes()),     // rate of following, bins
     (CRITICAL | 33, &[0; 8]),                 // curvature of a sweep
     (CRITICAL | 34, &[0; 4]),                 // linewidth of the carrier, Hz

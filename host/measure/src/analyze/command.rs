@@ -65,11 +65,6 @@ pub struct Options {
     /// How fast the line moves during a sum, Hz per second
     #[arg(long, value_name = "HZ_PER_S", value_parser = cli::number, allow_negative_numbers = true, default_value_t = 0.0, requires = "accumulate")]
     drift: f64,
-    /// The sigma of a target's acceleration, in bins per block squared, below which the filter does not go. A m/s^2 before a
-    /// Doppler radar of L m wavelength are 2 A/L (hop/rate)^2 N/rate: at 24 GHz, 48 kHz and N = 4096 a car that brakes at
-    /// 3 m/s^2 does 0.3, and 2 follows one that drives past
-    #[arg(long, value_name = "BINS", default_value_t = 0.1, requires = "track")]
-    acceleration: f32,
     /// One JSON object a line
     #[arg(long, conflicts_with = "csv")]
     json: bool,
@@ -309,11 +304,7 @@ fn track(options: &Options, cut: Cut, style: Style) -> Result<ExitCode, String> 
     if options.plot.is_some() && options.input.file.as_os_str() == "-" {
         return Err("--plot reads the recording twice: give a file, not -".into());
     }
-    let following = Following {
-        acceleration_bins: options.acceleration,
-        most: options.most.unwrap_or(1),
-        ..Following::default()
-    };
+    let following = Following { most: options.most.unwrap_or(1), ..Following::default() };
     let carrier = options.carrier();
     let pursuit = Pursuit { cut, following, effort: options.input.effort, carrier };
     let bar = progress::count("samples");

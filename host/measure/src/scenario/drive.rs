@@ -36,13 +36,7 @@ pub fn config() -> Config {
             guard_s: 10e-6,
             ..Chirp::default()
         }),
-        // A car's braking moves its beat by some hundredths of a bin from one chirp's rate to the next.
-        following: Following {
-            acceleration_bins: 0.03,
-            rate_bins: 4.0,
-            most: 2,
-            ..Following::default()
-        },
+        following: Following { rate_bins: 4.0, most: 2, ..Following::default() },
         ..Config::new(1.024e6, Codes::signed::<12>())
     }
 }

@@ -302,8 +302,7 @@ impl Survey {
             words += &self.band_words(band_hz, n);
         }
         match of {
-            Of::Track(acceleration) if acceleration > 0.5 => words + " --track --acceleration 1",
-            Of::Track(_) => words + " --track",
+            Of::Track => words + " --track",
             Of::Blocks | Of::Bursts => words,
         }
     }

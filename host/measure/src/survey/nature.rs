@@ -9,8 +9,6 @@ use std::f64::consts::TAU;
 pub(super) const TRIED: usize = 1 << 18;
 /// The lengths of the core.
 const LENGTHS: [usize; 7] = [64, 128, 256, 512, 1024, 2048, 4096];
-/// The least sigma of an acceleration: that which the tool takes, and that of a target that turns.
-const ACCELERATIONS: [f32; 2] = [0.1, 1.0];
 /// A way that answers for less of the blocks than this is not proposed.
 const LEAST: f64 = 0.3;
 /// Frames of the spectrogram, and how far above its median a frame's peak stands where there is a signal, in dB: a peak of 500 bins of
@@ -144,9 +142,7 @@ pub fn finding(ground: Ground, known: &Known) -> Finding {
             let way = Way { n, hop: n, skip: 0, band_hz, of: Of::Blocks };
             let narrow = if band_hz.is_some() { -0.03 } else { 0.0 };
             offer(way, narrow);
-            for acceleration in ACCELERATIONS {
-                offer(Way { of: Of::Track(acceleration), ..way }, narrow - 0.06);
-            }
+            offer(Way { of: Of::Track, ..way }, narrow - 0.06);
         }
     }
     let held = best.map(|(_, way, share, shots)| (way, share, shots));

@@ -5,7 +5,7 @@ use crate::simulate::Kind;
 use crate::with_kind;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::{Segment, Stamp};
-use picket_dsp::config::{Config, Following};
+use picket_dsp::config::Config;
 use picket_dsp::pipeline::Pipeline;
 use picket_dsp::solve::track::State;
 use picket_dsp::tracker::Tracker;
@@ -32,8 +32,8 @@ pub struct Way {
 pub enum Of {
     /// Each block by itself.
     Blocks,
-    /// A tone that is followed from block to block; the least sigma of its acceleration.
-    Track(f32),
+    /// A tone that is followed from block to block.
+    Track,
     /// Bursts, wherever they are.
     Bursts,
 }
@@ -97,13 +97,7 @@ impl Ground<'_> {
     }
 
     fn of<R: Kind, const N: usize>(&self, way: &Way) -> Vec<Shot> {
-        let (most, acceleration_bins) = match way.of {
-            Of::Track(acceleration) => (1, acceleration),
-            Of::Blocks | Of::Bursts => (0, 0.0),
-        };
-        let following = Following { acceleration_bins, most, ..Following::default() };
-        let config =
-            Config { band_hz: way.band_hz, following, ..Config::new(self.rate_hz, self.codes) };
+        let config = Config { band_hz: way.band_hz, ..Config::new(self.rate_hz, self.codes) };
         let Ok(plan) = config.plan::<R, N>() else { return Vec::new() };
         if way.of == Of::Bursts {
             return self.bursts(plan);
@@ -115,7 +109,7 @@ impl Ground<'_> {
             crate::follow::record::<R, N>(&scaled)
         };
         let middle = |block: u32| (way.skip + block as usize * way.hop + N / 2) as f64;
-        if most > 0 {
+        if way.of == Of::Track {
             let mut tracker = Box::new(Tracker::<R, N>::new(plan));
             let mut shots = Vec::new();
             for (block, window) in blocks {

@@ -95,7 +95,7 @@ impl Survey {
             let sigma = sigmas.get(sigmas.len() / 2).copied().unwrap_or(f64::NAN);
             let unit = if self.knows_rate { "Hz" } else { "cycles per sample" };
             let (held, what) = match way.of {
-                Of::Track(_) => ("tracked in", "blocks"),
+                Of::Track => ("tracked in", "blocks"),
                 Of::Blocks => ("good in", "blocks"),
                 Of::Bursts => ("valid are", "bursts"),
             };

@@ -41,7 +41,7 @@ impl Summary {
         };
         let right =
             |row: &Row, answer: &Answer| at(answer, row.truth_range_m, row.truth_velocity_mps);
-        // A track outlives what it follows by some chirps, and says that it is weak then.
+        // A track outlives what it follows by some chirps, and says that it coasts then.
         let either = |row: &Row, answer: &Answer| {
             let other = Scene::at(row.time_s).other;
             right(row, answer) || other.is_some_and(|(range, speed)| at(answer, range, speed))
