@@ -153,7 +153,7 @@ fn a_track_learns_a_linewidth() {
     let mut all = cells::<Real, 1024>(&widths(1024)[3..], false);
     all.extend(cells::<Iq, 256>(&widths(256)[3..], false));
     for [_, [track, lost, _]] in all {
-        assert!(lost <= 0.025 && (0.4..3.5).contains(&track), "{track} {lost}");
+        assert!(lost <= 0.01 && (0.4..2.0).contains(&track), "{track} {lost}");
     }
 }
 

@@ -71,7 +71,10 @@ impl<const N: usize> Feed<N> {
 }
 
 /// Variance over a single block's, and (error / sigma)^2 of frequency and rate together, per state, of targets that accelerate at random:
-/// not at all, as the calm model assumes, between two models, and far beyond them. The filter knows nothing of it.
+/// not at all, as the calm model assumes, between two models, and far beyond them. The filter knows nothing of it. A target that never
+/// accelerates is known better than the filter says, which allows for some: a filter that settled at the Lambda 0.05 states 1.27 times the
+/// variance of the frequency and 3.7 times that of the rate, which is a NEES of 0.5. What the agile model adds, 15 %, makes it 0.44, and at
+/// the Lambda 0.05 itself 0.6.
 #[test]
 fn the_filter_knows_its_own_covariance_however_a_target_accelerates() {
     const SEED: u64 = 0x7AC4_0001;
@@ -79,8 +82,8 @@ fn the_filter_knows_its_own_covariance_however_a_target_accelerates() {
     const RUNS: u64 = 300;
     println!("seed {SEED:#x}, {RUNS} runs; Lambda, variance / block's, NEES");
     // The variances of a filter that is told Lambda: 0.27 at 0.05, 0.45 at 0.18, 0.79 at 1.2.
-    for (agility, most, refresh) in
-        [(0.0, 0.30, 16), (0.05, 0.33, 0), (0.18, 0.62, 16), (1.2, 1.0, 0)]
+    for (agility, most, least, refresh) in
+        [(0.0, 0.30, 0.4, 16), (0.05, 0.33, 0.5, 0), (0.18, 0.62, 0.6, 16), (1.2, 1.0, 0.6, 0)]
     {
         let runs: Vec<[f64; 5]> = (0..RUNS)
             .into_par_iter()
@@ -123,7 +126,7 @@ fn the_filter_knows_its_own_covariance_however_a_target_accelerates() {
         assert!(refresh == 0 || locked > 0.85, "{locked} locked");
         assert!(count > 0.99 * 12.0 * RUNS as f64, "{count} blocks tracked");
         assert!(ratio < most, "{agility}: {ratio}");
-        assert!((0.6..1.4).contains(&nees), "{agility}: {nees}");
+        assert!((least..1.4).contains(&nees), "{agility}: {nees}");
     }
 }
 

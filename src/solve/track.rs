@@ -4,7 +4,7 @@
 //! [`motion`](super::motion). The frequency is kept in steps of 2^-32 cycle per sample, as exact as measured; the rate and the covariance
 //! are `f32`.
 
-use super::motion::Motion;
+use super::motion::{CALM_GAINS, Motion};
 use crate::math::scalar::Scalar;
 use crate::tone::evidence::Evidence;
 use crate::tone::frequency::Frequency;
@@ -89,6 +89,10 @@ pub const GATE: f32 = 4.0;
 /// the search for new targets finds it.
 const WIDEST: f32 = 1.0 / 64.0;
 
+/// The widest half gate in which a track looks for what the block alone did not detect, cycles per sample, or two bins. In a wider one it
+/// would find another target, and go on as that.
+const NEAR: f32 = 1.0 / 256.0;
+
 /// A tone that is followed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Track {
@@ -114,48 +118,56 @@ pub struct Track {
 /// The scatter of a target, learnt from its measurements.
 ///
 /// A measurement's sigma covers the noise within one block. A target with many reflecting parts scatters more from block to block, the more
-/// the weaker it is in a block (see [`crate::carrier`]). Its second differences show it: `s = z[k] - 2 z[k-1] + z[k-2]` does not know of a
-/// steady rate. Measurements of the variance `R` that scatter independently make two successive ones `-4 R` on average; a target that
-/// swings or accelerates makes them positive, and one that steps does so once.
+/// the weaker it is in a block (see [`crate::carrier`]); a target that steps is somewhere else from one block to the next. Both leave a
+/// prediction far off. What tells them apart is the better of two predictions: a [`Line`] through the last measurements, or the last
+/// measurement alone, moved by the line's rate. If the line is nearly as good, the target scatters, by the mean square of the line's errors.
+///
+/// | target | mean square of the calm line's error | of the last measurement's | of the quick line's | of the last one's |
+/// |---|---|---|---|---|
+/// | scatters with the variance 1 | 1 | 1 | 1 | 1 |
+/// | steps with the variance 1 in each block, or once: the sum over all blocks | 1.6 | 0.5 | 0.8 | 0.5 |
+/// | swings in six blocks with the mean square 1 | 1.0 | 0.5 | 1.1 | 0.5 |
+/// | swings in four blocks | 1.0 | 1.0 | 1.1 | 1.0 |
+///
+/// Each is over the variance of that prediction's error where a target scatters. The calm line tells best, but lags behind a target that
+/// accelerates while it scatters; the quick line follows it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Learnt {
     /// The variance of a measurement as stated by its blocks, averaged.
     variance: f32,
-    /// The square of the amplitude, averaged, and the number of measurements in the average.
+    /// The square of the amplitude, averaged, and the number of measurements in the averages.
     power: f32,
     seen: f32,
-    /// The logarithm of the factor of the measurements' variance, not below 0.
+    /// The variance by which measurements scatter beyond what is known, over `variance`.
     scatter: f32,
     /// The last measurement, the difference to the one before, and the last second difference.
     last: Frequency,
     difference: f32,
     second: f32,
-    /// Measurements in a row, of which the differences are: at most 3.
+    /// The calm line and the quick one.
+    lines: [Line; 2],
+    /// Measurements in a row, of which the differences and the lines are: at most [`Learnt::LONG`].
     row: u8,
 }
 
 impl Learnt {
-    /// The speed of learning, and the level that noise alone must not exceed, so that a steady
-    /// target does not seem to scatter by chance.
-    const SPEED: f32 = 0.03;
-    const SCATTER: f32 = 1.3;
-    /// The limit of one block, the limit of the sum of all, and the least sum that has an effect. A track with nothing to learn
-    /// exceeds the least sum one time in ten.
-    const MOST: f32 = 4.0;
-    const HIGHEST: f32 = 18.0;
-    const EVIDENT: f32 = 0.3;
+    /// The least mean square that shows a scatter: one steady target in ten exceeds it by chance.
+    const EVIDENT: f32 = 1.3;
     /// The share of a block in the average of variances, and the factor by which one block may be
     /// better than the average.
     const RENEWAL: f32 = 1.0 / 8.0;
     const BETTER: f32 = 4.0;
-    /// The measurements that the average power has, and the deepest fade that counts.
-    const POWERS: f32 = 32.0;
+    /// The measurements that the other averages have, and the deepest fade that counts.
+    const MEASUREMENTS: f32 = 32.0;
     const DEEPEST: f32 = 1e4;
+    /// The measurements after which the gains of both lines stay as they are.
+    const LONG: u8 = 13;
 
     fn start(tone: &Tone) -> Self {
         let power = square(tone.amplitude);
-        let last = tone.frequency;
-        Self { variance: square(tone.sigma), power, seen: 1.0, last, row: 1, ..Self::default() }
+        let (variance, last) = (square(tone.sigma), tone.frequency);
+        let lines = [Line { error: 1.0, alone: 1.0, ..Line::default() }; 2];
+        Self { variance, power, seen: 1.0, last, lines, row: 1, ..Self::default() }
     }
 
     /// The factor by which a tone is weaker than the average, in power.
@@ -165,28 +177,25 @@ impl Learnt {
         if faded < Self::DEEPEST { faded } else { Self::DEEPEST }
     }
 
-    /// The variance of a measurement whose block states `block`, of a tone that is weaker by `faded` than the average: the known part, and
-    /// the part learnt beyond.
-    fn variance(&self, block: f32, faded: f32, tracking: &Tracking) -> [f32; 2] {
+    /// The known variance of a measurement whose block states `block`, of a tone that is weaker by `faded` than the average, and the variance
+    /// of which its scatter is a multiple.
+    fn parts(&self, block: f32, faded: f32, tracking: &Tracking) -> [f32; 2] {
         let average = self.average(block);
         let stated = average.max(block / Self::BETTER);
-        let known = stated + (tracking.envelope * faded - tracking.stated);
-        [known, average * (Self::times(self.scatter) - 1.0) * faded]
+        // A fade raises what is learnt to no more than a bin's worth: beyond it, any peak would be the target's.
+        let bin = square(0.5 * tracking.apart) / self.scatter.max(f32::MIN_POSITIVE);
+        let unit = average.max(bin).min(average * faded.max(1.0));
+        [stated + (tracking.envelope * faded - tracking.stated), unit]
     }
 
-    /// The sum of both parts. The learnt factor settles where the products are [`Learnt::SCATTER`] times their mean: the whole
-    /// variance is larger by this ratio.
-    fn whole([known, learnt]: [f32; 2]) -> f32 {
-        known + Self::SCATTER * learnt
+    /// The variance of a measurement of these parts.
+    fn whole(&self, [known, unit]: [f32; 2]) -> f32 {
+        known + unit * self.scatter
     }
 
     /// The standard deviation by which measurements scatter beyond what their blocks state.
     fn excess(&self) -> f32 {
-        (self.variance * (Self::times(self.scatter) - 1.0)).root()
-    }
-
-    fn times(log: f32) -> f32 {
-        if log > Self::EVIDENT { libm::expf(log) } else { 1.0 }
+        (self.variance * self.scatter).root()
     }
 
     /// A harmonic mean: a suspicious block states too large a variance.
@@ -200,25 +209,87 @@ impl Learnt {
         if self.row >= 2 { square(second).max(square(self.second)) } else { 0.0 }
     }
 
-    /// Takes a measurement of this variance; `blocks` have passed since the last one.
-    #[allow(clippy::manual_clamp)] // `clamp` checks its bounds
-    fn learn(&mut self, tone: &Tone, variance: f32, blocks: u32) {
+    /// Takes a measurement whose variance has these parts; `blocks` have passed since the last one.
+    fn learn(&mut self, tone: &Tone, parts: [f32; 2], blocks: u32) {
+        let variance = self.whole(parts) / (1.0 + self.scatter);
         self.variance = self.average(square(tone.sigma));
-        self.seen = (self.seen + 1.0).min(Self::POWERS);
+        self.seen = (self.seen + 1.0).min(Self::MEASUREMENTS);
         self.power += (square(tone.amplitude) - self.power) / self.seen;
         if blocks != 1 {
             self.row = 0;
         }
         let difference = tone.frequency.beyond(self.last);
-        let second = difference - self.difference;
-        if self.row >= 3 {
-            let product = -0.25 * second * self.second / variance;
-            let product = product.max(-Self::MOST).min(Self::MOST);
-            let grown = self.scatter + Self::SPEED * (product - Self::SCATTER);
-            self.scatter = grown.max(0.0).min(Self::HIGHEST);
+        let share = 1.0 / (self.seen - 1.0);
+        for (line, kind) in self.lines.iter_mut().zip(&LINES) {
+            line.take(difference, self.row, variance, share, kind);
         }
-        (self.last, self.difference, self.second) = (tone.frequency, difference, second);
-        self.row = (self.row + 1).min(3);
+        (self.second, self.difference) = (difference - self.difference, difference);
+        self.last = tone.frequency;
+        self.row = (self.row + 1).min(Self::LONG);
+        let scatters = |(line, kind): (&Line, &Kind)| {
+            let ratio = if self.scatter > 0.0 { kind.lasts } else { kind.begins };
+            let beyond = line.error - 1.0;
+            (line.error > Self::EVIDENT && beyond < ratio * (line.alone - 1.0)).then_some(beyond)
+        };
+        self.scatter = self.lines.iter().zip(&LINES).find_map(scatters).unwrap_or(0.0);
+    }
+}
+
+/// A line through the last measurements, and how well it predicts them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Line {
+    /// The place beyond the last measurement, and the rate.
+    place: f32,
+    rate: f32,
+    /// The squares of the errors of the line and of the last measurement alone, averaged, over those of a target that does not scatter.
+    error: f32,
+    alone: f32,
+}
+
+/// How a line is drawn, and what it tells.
+struct Kind {
+    /// The least gains of its place and rate, and the least variance of a measurement beyond the last one moved by its rate.
+    place: f32,
+    rate: f32,
+    alone: f32,
+    /// The errors of the line over those of the last measurement, below which a scatter begins, and to which it lasts.
+    begins: f32,
+    lasts: f32,
+}
+
+/// The gains are those to which filters with a Lambda of 0.05 and 0.18 settle.
+const LINES: [Kind; 2] = [
+    Kind { place: CALM_GAINS[0], rate: CALM_GAINS[1], alone: 2.09, begins: 1.3, lasts: 1.7 },
+    Kind { place: 0.45, rate: 0.133, alone: 2.29, begins: 1.15, lasts: 1.45 },
+];
+
+impl Line {
+    /// The limit of one square, over the mean square, and the limit of the mean.
+    const MOST: f32 = 30.0;
+    const HIGHEST: f32 = 1e8;
+
+    /// Takes a measurement of this variance, `difference` beyond the last one. It is `share` of the averages.
+    fn take(&mut self, difference: f32, row: u8, variance: f32, share: f32, kind: &Kind) {
+        if row < 2 {
+            (self.place, self.rate) = (0.0, if row == 0 { 0.0 } else { difference });
+            return;
+        }
+        // The gains of least squares, as long as they are larger.
+        let n = f32::from(row);
+        let product = (n + 1.0) * (n + 2.0);
+        let gain = (2.0 * (2.0 * n + 1.0) / product).max(kind.place);
+        let moved = difference - self.rate;
+        let error = moved - self.place;
+        self.place = (gain - 1.0) * error;
+        self.rate += (6.0 / product).max(kind.rate) * error;
+        // A variance of nothing makes these infinite or NaN, and `min` a number of both.
+        let error = (square(error) * (1.0 - gain) / variance).min(Self::HIGHEST);
+        let alone = (2.0 + 12.0 / (n * n - 1.0)).max(kind.alone) * variance;
+        let alone = (square(moved) / alone).min(Self::HIGHEST);
+        let most = Self::MOST * self.error.max(1.0);
+        let limited = most / most.max(error).max(alone);
+        self.error += share * (limited * error - self.error);
+        self.alone += share * (limited * alone - self.alone);
     }
 }
 
@@ -253,7 +324,7 @@ impl Track {
         if gap {
             self.motion.forget(square(tracking.rate));
         }
-        let variance = Learnt::whole(self.usual(tracking));
+        let variance = self.usual(tracking);
         let moved = self.motion.predict(blocks as f32, variance);
         self.blocks = self.blocks.saturating_add(blocks);
         self.shift(moved);
@@ -266,11 +337,10 @@ impl Track {
         self.age = self.age.saturating_add(blocks);
     }
 
-    /// Half the gate for a measurement like the last ones, cycles per sample.
+    /// Half the gate in which to look for a measurement like the last ones, cycles per sample.
     pub fn gate(&self, tracking: &Tracking) -> f32 {
         let [place, _, _] = self.motion.covariance();
-        let variance = Learnt::whole(self.usual(tracking));
-        (GATE * (place + variance).root()).min(WIDEST)
+        (GATE * (place + self.usual(tracking)).root()).min(NEAR.max(tracking.apart))
     }
 
     /// The standard deviation by which the measurements scatter beyond their own sigmas, cycles per sample: the carrier's width as learnt
@@ -289,15 +359,15 @@ impl Track {
     /// gate is narrower than the distance below which another line would be a part of this one.
     pub fn distance(&self, tone: &Tone, tracking: &Tracking) -> Option<f32> {
         let [place, _, _] = self.motion.covariance();
-        let gate = GATE * (place + Learnt::whole(self.variance(tone, tracking))).root();
+        let gate = GATE * (place + self.learnt.whole(self.parts(tone, tracking))).root();
         let gate = gate.min(WIDEST).max(tracking.apart);
         let distance = self.innovation(tone).abs() / gate;
         (distance <= 1.0 && tells(tone)).then_some(distance)
     }
 
     /// The variance of a measurement like the last ones.
-    fn usual(&self, tracking: &Tracking) -> [f32; 2] {
-        self.learnt.variance(self.learnt.variance, 1.0, tracking)
+    fn usual(&self, tracking: &Tracking) -> f32 {
+        self.learnt.whole(self.learnt.parts(self.learnt.variance, 1.0, tracking))
     }
 
     /// The variance of what a block's sigma does not cover. A rough value is right within a bin. A frequency that changes is answered as the
@@ -310,9 +380,9 @@ impl Track {
         if rough { bend + square(0.5 * tracking.apart) } else { bend }
     }
 
-    /// The variance of this measurement, by [`Learnt::variance`].
-    fn variance(&self, tone: &Tone, tracking: &Tracking) -> [f32; 2] {
-        self.learnt.variance(square(tone.sigma), self.learnt.faded(tone), tracking)
+    /// The parts of this measurement's variance, by [`Learnt::parts`].
+    fn parts(&self, tone: &Tone, tracking: &Tracking) -> [f32; 2] {
+        self.learnt.parts(square(tone.sigma), self.learnt.faded(tone), tracking)
     }
 
     /// Updates the track with this block's measurement. `alone` says that the block detected the tone without the track.
@@ -321,9 +391,14 @@ impl Track {
     /// is not surer than its blocks.
     pub fn update(&mut self, tone: &Tone, alone: bool, tracking: &Tracking) {
         let innovation = self.innovation(tone);
-        let [known, learnt] = self.variance(tone, tracking);
-        let variance = Learnt::whole([known, learnt]) + self.unknown(tone, tracking);
-        self.learnt.learn(tone, known + learnt, self.blocks);
+        let (parts, unknown) = (self.parts(tone, tracking), self.unknown(tone, tracking));
+        let before = self.learnt.whole(parts);
+        self.learnt.learn(tone, parts, self.blocks);
+        let after = self.learnt.whole(parts);
+        if before > after && self.learnt.scatter == 0.0 {
+            self.motion.unsettle(before - after);
+        }
+        let variance = after + unknown;
         self.blocks = 0;
         let moved = self.motion.update(innovation, variance);
         self.tone = Tone { frequency: self.tone.frequency, ..*tone };
@@ -424,6 +499,61 @@ mod tests {
         assert!(track.distance(&tone(0.1, 1e-6), &TRACKING).is_some());
         for sigma in [1.0, 1e30, f32::INFINITY, f32::NAN] {
             assert_eq!(track.distance(&tone(0.1, sigma), &TRACKING), None, "{sigma}");
+        }
+    }
+
+    /// A track of measurements at these places of a target that stands, in sigma of a measurement.
+    fn followed(places: impl Iterator<Item = f64>) -> Track {
+        let mut places = places.map(|place| tone(0.1 + 1e-6 * place, 1e-6));
+        let mut track = Track::start(0, &places.next().unwrap(), &TRACKING);
+        for tone in places {
+            track.predict(1, false, &TRACKING);
+            track.update(&tone, true, &TRACKING);
+        }
+        track
+    }
+
+    /// Sums of twelve numbers with the variance 1/12.
+    fn noise() -> impl Iterator<Item = f64> {
+        let mut state = 1u64;
+        let mut uniform = move || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        core::iter::repeat_with(move || (0..12).map(|_| uniform()).sum())
+    }
+
+    #[test]
+    fn a_scatter_is_learnt() {
+        for scatter in [10.0, 300.0] {
+            let track = followed(noise().map(|z| scatter * z).take(200));
+            let learnt = f64::from(track.excess()) / 1e-6;
+            assert!((0.7..1.3).contains(&(learnt / scatter)), "{learnt} of {scatter}");
+            let sigma = f64::from(track.tone.sigma) / 1e-6;
+            assert!((0.4..0.8).contains(&(sigma / scatter)), "{sigma} of {scatter}");
+        }
+    }
+
+    /// Noise alone, a target that steps once, in each block, and one that swings in six blocks.
+    #[test]
+    fn a_motion_is_no_scatter() {
+        let excess = followed(noise().take(200)).excess();
+        assert!(excess < 0.7e-6, "{excess}");
+        let step = |(k, z): (usize, f64)| z + if k < 150 { 0.0 } else { 300.0 };
+        let mut place = 0.0;
+        let walk = |z: f64| {
+            place += 100.0 * z;
+            place
+        };
+        let swing =
+            |(k, z): (usize, f64)| z + 100.0 * (k as f64 * core::f64::consts::FRAC_PI_3).sin();
+        for (name, track) in [
+            ("step", followed(noise().enumerate().map(step).take(160))),
+            ("walk", followed(noise().map(walk).take(200))),
+            ("swing", followed(noise().enumerate().map(swing).take(200))),
+        ] {
+            assert!(track.excess() < 1e-6, "{name}: {}", track.excess());
+            assert!(track.tone.sigma < 1.2e-6, "{name}: {}", track.tone.sigma);
         }
     }
 
