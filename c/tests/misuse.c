@@ -26,7 +26,7 @@ static int failures;
 /* As the library lays them out, see c/src/types.rs. */
 typedef char sizes[sizeof(picket_tone) == 32 && sizeof(picket_line) == 40 && sizeof(picket_target) == 128 &&
                            sizeof(picket_measurement) == 168 && sizeof(picket_track) == 48 && sizeof(picket_stamp) == 16 &&
-                           sizeof(picket_config) == 40 && sizeof(picket_scene) == 88 && sizeof(picket_following) == 16 &&
+                           sizeof(picket_config) == 40 && sizeof(picket_scene) == 88 && sizeof(picket_following) == 8 &&
                            sizeof(picket_accumulating) == 24 && sizeof(picket_accumulated) == 40 &&
                            sizeof(picket_trigger) == 16 && sizeof(picket_burst) == 48 && sizeof(picket_counts) == 32
                        ? 1
