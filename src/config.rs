@@ -105,7 +105,7 @@ pub struct Config {
     pub false_alarm: f64,
     /// The source of the samples.
     pub scene: Scene,
-    /// The way in which a [`crate::tracker::Tracker`] follows tones.
+    /// The way in which a [`crate::tracker::Tracker`] follows tones: [`Following::default`] follows one.
     pub following: Following,
     /// The width of the tone itself.
     pub carrier: Carrier,
@@ -137,7 +137,7 @@ impl Following {
 
 impl Config {
     /// A configuration for this rate in Hz and these codes: one tone anywhere, by least squares with [`Reach::Sixteen`] in the core's own
-    /// arithmetic, at [`Effort::One`], with one false alarm in a million blocks of noise, and no solver.
+    /// arithmetic, at [`Effort::One`], with one false alarm in a million blocks of noise, no solver, and no tone followed.
     pub fn new(rate_hz: f64, codes: Codes) -> Self {
         Self {
             rate_hz,
@@ -151,7 +151,7 @@ impl Config {
             effort: Effort::default(),
             false_alarm: FALSE_ALARM,
             scene: Scene::Tone,
-            following: Following::default(),
+            following: Following::NONE,
             carrier: Carrier::default(),
         }
     }

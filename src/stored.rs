@@ -98,7 +98,7 @@ fields! {
         #[serde(default)] effort: Effort,
         #[serde(default = "usual_false_alarm")] false_alarm: f64,
         #[serde(default)] scene: Scene,
-        #[serde(default)] following: Following,
+        #[serde(default = "none_followed")] following: Following,
         #[serde(default)] carrier: Carrier,
     }
     #[serde(deny_unknown_fields)]
@@ -158,6 +158,10 @@ fields! {
 }
 
 /// The default of [`Config::new`].
+const fn none_followed() -> Following {
+    Following::NONE
+}
+
 const fn usual_false_alarm() -> f64 {
     FALSE_ALARM
 }

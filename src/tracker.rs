@@ -22,7 +22,7 @@ use crate::tone::lock::Lock;
 use crate::tone::{Tone, Usable};
 use heapless::Vec;
 
-/// Turns ADC samples into tracks. Its memory is a pipeline and about 8 KB, because each segment of a chirp has its own tracks.
+/// Turns ADC samples into tracks. Its memory is a pipeline and about 9 KB, because each segment of a chirp has its own tracks.
 ///
 /// ```
 /// use picket_dsp::solve::track::State;

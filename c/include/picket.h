@@ -302,7 +302,7 @@ enum { PICKET_CONTINUOUS = 0, PICKET_UP = 1, PICKET_FLAT = 2, PICKET_DOWN = 3 };
         uint64_t state[(4 * (N) * (PARTS) + 1280) / 8];                                                             \
     } KIND;                                                                                                         \
     typedef struct KIND##_tracker {                                                                                 \
-        uint64_t state[(4 * (N) * (PARTS) + 8192) / 8];                                                             \
+        uint64_t state[(4 * (N) * (PARTS) + 9216) / 8];                                                             \
     } KIND##_tracker;                                                                                               \
     typedef struct KIND##_accumulator {                                                                             \
         uint64_t state[(8 * (N) * (PARTS) + 256) / 8];                                                              \

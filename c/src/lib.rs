@@ -53,7 +53,7 @@ macro_rules! door {
             // `picket.h` reserves so much.
             const _: () = assert!(
                 size() <= 4 * WORDS + 1280
-                    && tracker_size() <= 4 * WORDS + 8192
+                    && tracker_size() <= 4 * WORDS + 9216
                     && accumulator_size() <= 8 * WORDS + 256
                     && bursts_size() <= 10 * WORDS + 2560
             );

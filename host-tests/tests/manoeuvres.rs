@@ -2,7 +2,7 @@
 
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::{Iq, Real, Record, Segment, Stamp};
-use picket_dsp::config::{Config, SPEED_OF_LIGHT};
+use picket_dsp::config::{Config, Following, SPEED_OF_LIGHT};
 use picket_dsp::pipeline::Pipeline;
 use picket_dsp::solve::chirp::Mixing;
 use picket_dsp::solve::track::State;
@@ -78,7 +78,8 @@ fn may_be_used(tone: &Tone) -> bool {
 }
 
 fn tracker<R: Record>() -> Tracker<R, N> {
-    Tracker::new(Config::new(8000.0, CODES).plan().unwrap())
+    let following = Following::default();
+    Tracker::new(Config { following, ..Config::new(8000.0, CODES) }.plan().unwrap())
 }
 
 /// Runs of blocks, each of a steady tone where `bins` has it in this run and block.

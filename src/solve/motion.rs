@@ -68,27 +68,24 @@ struct Model {
 
 impl Model {
     /// The mean of models with these weights, and the covariance of their mixture.
-    fn mixture<'a>(parts: impl Iterator<Item = (f32, &'a Self)> + Clone) -> Self {
-        let (mut weight, mut place, mut rate) = (0.0, 0.0, 0.0);
-        for (share, model) in parts.clone() {
-            weight += share;
-            place += share * model.place;
-            rate += share * model.rate;
+    fn mixture(models: &[Self; MODELS], weights: [f32; MODELS]) -> Self {
+        let mut mean = Self::default();
+        for (model, weight) in models.iter().zip(&weights) {
+            mean.weight += weight;
+            mean.place += weight * model.place;
+            mean.rate += weight * model.rate;
         }
-        let whole = 1.0 / weight;
-        (place, rate) = (place * whole, rate * whole);
-        let mut sums = [0.0; 3];
-        for (share, model) in parts {
-            let [x, xv, v] = model.covariance;
-            let (dx, dv) = (model.place - place, model.rate - rate);
-            let [sx, sxv, sv] = sums;
-            sums = [
-                sx + share * (x + dx * dx),
-                sxv + share * (xv + dx * dv),
-                sv + share * (v + dv * dv),
-            ];
+        let whole = 1.0 / mean.weight;
+        (mean.place, mean.rate) = (mean.place * whole, mean.rate * whole);
+        let [mut x, mut xv, mut v] = [0.0; 3];
+        for (model, weight) in models.iter().zip(&weights) {
+            let [of_x, of_xv, of_v] = model.covariance;
+            let (dx, dv) = (model.place - mean.place, model.rate - mean.rate);
+            x += weight * (of_x + dx * dx);
+            xv += weight * (of_xv + dx * dv);
+            v += weight * (of_v + dv * dv);
         }
-        Self { weight, place, rate, covariance: sums.map(|sum| sum * whole) }
+        Self { covariance: [x * whole, xv * whole, v * whole], ..mean }
     }
 
     /// Advances by `blocks`, moved by noise of these three parts of a covariance.
@@ -118,6 +115,8 @@ impl Model {
 pub(super) struct Motion {
     /// The calm, the agile and the restless model.
     models: [Model; MODELS],
+    /// The answer: the mixture of all models.
+    all: Model,
     /// The variance of the restless model's steps as learnt, of the frequency and of the rate per block.
     steps: f32,
 }
@@ -127,22 +126,17 @@ impl Motion {
     pub fn start(variance: f32, rate: f32) -> Self {
         let weight = const { 1.0 / MODELS as f32 };
         let model = Model { weight, covariance: [variance, 0.0, rate], ..Model::default() };
-        Self { models: [model; MODELS], steps: rate }
-    }
-
-    /// The answer: the mixture of all models.
-    fn all(&self) -> Model {
-        Model::mixture(self.models.iter().map(|model| (model.weight, model)))
+        Self { models: [model; MODELS], all: model, steps: rate }
     }
 
     /// The rate, cycles per sample per block.
     pub fn rate(&self) -> f32 {
-        self.all().rate
+        self.all.rate
     }
 
     /// Variance of the frequency, covariance, variance of the rate.
     pub fn covariance(&self) -> [f32; 3] {
-        self.all().covariance
+        self.all.covariance
     }
 
     /// Forgets the rate: its variance is that of a new target's again.
@@ -152,6 +146,7 @@ impl Motion {
             model.covariance = [x, 0.0, rate];
         }
         self.steps = self.steps.max(rate);
+        self.centre();
     }
 
     /// Notes that what was taken for a scatter of this variance moves the target: it may be so far off, and step so far again.
@@ -161,6 +156,7 @@ impl Motion {
             model.covariance = [x + variance, xv, v + variance];
         }
         self.steps = self.steps.max(variance);
+        self.centre();
     }
 
     /// Turns the frequency's axis, as a mirror image has it.
@@ -168,6 +164,7 @@ impl Motion {
         for model in &mut self.models {
             (model.place, model.rate) = (-model.place, -model.rate);
         }
+        self.all.rate = -self.all.rate;
     }
 
     /// Advances by `blocks`. `variance` is that of a measurement. Returns the move of the frequency, cycles per sample.
@@ -180,12 +177,12 @@ impl Motion {
         let steps = blocks * self.steps;
         let least = blocks * square(STEP) * variance;
         let noises = [accelerated(CALM), accelerated(AGILE), [steps.max(least), 0.0, steps]];
-        let mixed = CHANGES.map(|from| {
-            let parts = self.models.iter().zip(from);
-            Model::mixture(parts.map(|(model, change)| (change * model.weight, model)))
-        });
-        self.models = mixed;
-        self.models.iter_mut().zip(noises).for_each(|(model, noise)| model.predict(blocks, noise));
+        let [calm, agile, restless] = self.models.each_ref().map(|model| model.weight);
+        self.models = CHANGES
+            .map(|[a, b, c]| Model::mixture(&self.models, [a * calm, b * agile, c * restless]));
+        for (model, noise) in self.models.iter_mut().zip(&noises) {
+            model.predict(blocks, *noise);
+        }
         self.centre()
     }
 
@@ -207,9 +204,11 @@ impl Motion {
         self.centre()
     }
 
-    /// Measures all places from their mean. Returns the mean.
+    /// Mixes the answer from all models, and measures their places from its place, which it returns.
     fn centre(&mut self) -> f32 {
-        let place = self.all().place;
+        let weights = self.models.each_ref().map(|model| model.weight);
+        self.all = Model::mixture(&self.models, weights);
+        let place = self.all.place;
         self.models.iter_mut().for_each(|model| model.place -= place);
         place
     }

@@ -32,7 +32,7 @@ use heapless::Vec;
 use picket_dsp::acquire::burst::Trigger;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::carrier::Carrier;
-use picket_dsp::config::{Config, Following, Scene};
+use picket_dsp::config::{Config, Scene};
 use picket_dsp::pipeline::{Measurement, Outcome};
 use picket_dsp::solve::equations::Chirp;
 #[cfg(doc)]
@@ -187,10 +187,7 @@ impl Default for Settings {
         Self {
             core_mhz: 0,
             iq: false,
-            config: Config {
-                following: Following::NONE,
-                ..Config::new(500e3, Codes::unsigned::<12>())
-            },
+            config: Config::new(500e3, Codes::unsigned::<12>()),
             guard: 0,
             drive: Drive::Off,
             mode: Mode::Blocks,

@@ -5,7 +5,7 @@ use crate::simulate::Kind;
 use crate::with_kind;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::{Segment, Stamp};
-use picket_dsp::config::Config;
+use picket_dsp::config::{Config, Following};
 use picket_dsp::pipeline::Pipeline;
 use picket_dsp::solve::track::State;
 use picket_dsp::tracker::Tracker;
@@ -97,7 +97,12 @@ impl Ground<'_> {
     }
 
     fn of<R: Kind, const N: usize>(&self, way: &Way) -> Vec<Shot> {
-        let config = Config { band_hz: way.band_hz, ..Config::new(self.rate_hz, self.codes) };
+        let following = match way.of {
+            Of::Track => Following::default(),
+            Of::Blocks | Of::Bursts => Following::NONE,
+        };
+        let config =
+            Config { band_hz: way.band_hz, following, ..Config::new(self.rate_hz, self.codes) };
         let Ok(plan) = config.plan::<R, N>() else { return Vec::new() };
         if way.of == Of::Bursts {
             return self.bursts(plan);
