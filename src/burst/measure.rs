@@ -7,8 +7,9 @@
 //! |sum over n of e(t) z[n] exp(-j 2 pi f t)|^2        t = n / 64 less the envelope's middle, e(t) the envelope
 //! ```
 //!
-//! which is the maximum of the likelihood in white noise; its curvature gives sigma. What the points hold beyond one tone, whose level may
-//! change slowly, is compared with the noise beside the burst: more is a second particle.
+//! which is the maximum of the likelihood in white noise; its curvature gives sigma. The level of one tone, whatever its envelope, is in phase
+//! with it and does not move its frequency. So what tells a second particle is what the points hold across the tone, in quadrature to it:
+//! more than the noise beside the burst, or a phase that bends; and a level that falls and rises again.
 
 use super::baseband::{Baseband, CORRELATION, PASSED, POINTS, place, taper, used};
 use super::envelope::{self, Envelope, median};
@@ -39,9 +40,14 @@ const NEAR: f32 = 2.5;
 /// the burst, and (in simulation, in one of a thousand) by the correlation of its neighbouring points.
 const POWER_LIMIT: f32 = 2.33;
 const CORRELATION_LIMIT: f32 = 3.2;
-/// Orders of a change of the envelope that do not count as a second particle: its level up to the fourth order of time, which is in phase
-/// with the tone and does not move it.
+/// Orders of time to which the phase of a burst is fitted: its phase, its frequency, and bends of second to fourth order. One particle in
+/// 180 has such bends by noise that exceed this limit, of chi-square with three degrees of freedom.
 const ORDERS: usize = 5;
+const BEND_LIMIT: f32 = 12.5;
+/// A single envelope rises and falls once. The level's dip between two humps exceeds this many deviations of its noise by chance in one of a
+/// thousand flat pulses, and this share of the level by the ripple of the 64 bins.
+const DIP: f32 = 5.0;
+const RIPPLE: f32 = 0.1;
 
 /// Measures a burst in the record cut around it.
 pub(crate) fn measure<R: Record, const N: usize, E: Engine>(
@@ -174,7 +180,7 @@ fn weigh<R: Record, const N: usize, const STEP: usize>(
 /// The highest bin that the pedestal of a burst reaches: the light of the particle without its fringes, four standard deviations of the
 /// spectrum of the weighted envelope.
 fn pedestal(envelope: &Envelope) -> i32 {
-    let bins = 4.0 / (2.0 * PI * envelope.deviation * core::f32::consts::SQRT_2);
+    let bins = 4.0 * core::f32::consts::SQRT_2 / (2.0 * PI * envelope.deviation);
     (bins as i32).max(3)
 }
 
@@ -292,66 +298,70 @@ impl Line {
             let z = points.get(index).copied().unwrap_or(zero);
             z * f32::unit(-offset * time(index)) * (sum.conj() / size)
         });
-        let left = residual(&turned, &level, envelope);
-        let judged = Judged::from_residual(&left, envelope);
-        let (mut weight, mut first, mut second, mut noise) = (0.0, 0.0, 0.0, 0.0);
-        for (index, e) in level.iter().enumerate() {
-            let (t, e) = (time(index), e * e);
-            weight += e;
-            first += e * t;
-            second += e * t * t;
-        }
-        let mean = first / weight;
-        // The weights are the levels: noise passes by their squares, as the tone does.
-        let spread = second - mean * first;
-        noise += judged.noise;
-        let slope = 2.0 * PI * amplitude;
-        let variance = 0.5 * noise / (slope * slope * spread);
+        let across = Across::of(&turned, &level, envelope);
+        let judged = Judged::from_across(&across, &turned, envelope);
+        // Noise passes by the squares of the weights, the tone by the weights and its own level, which may be another than the weights.
+        let spread = |weights: &mut dyn Iterator<Item = f32>| {
+            let (mut weight, mut first, mut second) = (0.0, 0.0, 0.0);
+            for (index, e) in weights.enumerate() {
+                let t = time(index);
+                weight += e;
+                first += e * t;
+                second += e * t * t;
+            }
+            second - first * first / weight
+        };
+        let noise = judged.noise;
+        let passed = spread(&mut level.iter().map(|e| e * e));
+        let slope = 2.0 * PI * spread(&mut level.iter().zip(&turned).map(|(e, z)| e * z.re));
+        let variance = 0.5 * noise * passed / (slope * slope);
         let line = Self { offset, variance, level: amplitude, noise, mixed: judged.mixed };
         (variance.is_finite() && offset.is_finite()).then_some(line)
     }
 }
 
-/// The residual of the points beyond one tone with its own level over time: in phase the envelope times a polynomial of fourth order,
-/// across (the frequency and the phase) one of first order.
-fn residual(
-    turned: &[Complex<f32>; POINTS],
-    level: &[f32; POINTS],
-    envelope: &Envelope,
-) -> [Complex<f32>; POINTS] {
-    let zero = Complex::new(0.0f32, 0.0);
-    let mut left: [Complex<f32>; POINTS] = core::array::from_fn(|index| {
-        if used(index) { turned.get(index).copied().unwrap_or(zero) } else { zero }
-    });
-    let mut basis = [[0.0f32; POINTS]; ORDERS];
-    for order in 0..ORDERS {
-        let (known, rest) = basis.split_at_mut_checked(order).unwrap_or_default();
-        let Some(new) = rest.first_mut() else {
-            continue;
-        };
-        for (index, (value, &e)) in new.iter_mut().zip(level).enumerate() {
-            let u = (place(index) - envelope.middle) / envelope.deviation;
-            *value = (0..order).fold(e, |value, _| value * u);
+/// What the points hold across the tone, in quadrature to it, beyond its frequency and phase. The tone's own level, whatever its envelope, is
+/// in phase with it and does not move it.
+struct Across {
+    /// The parts across the tone.
+    left: [f32; POINTS],
+    /// The square of what lies along the envelope times polynomials of second to fourth order: the bend of the phase.
+    bend: f32,
+}
+
+impl Across {
+    fn of(turned: &[Complex<f32>; POINTS], level: &[f32; POINTS], envelope: &Envelope) -> Self {
+        let mut left: [f32; POINTS] = core::array::from_fn(|index| {
+            if used(index) { turned.get(index).map_or(0.0, |z| z.im) } else { 0.0 }
+        });
+        let mut bend = 0.0;
+        let mut basis = [[0.0f32; POINTS]; ORDERS];
+        for order in 0..ORDERS {
+            let (known, rest) = basis.split_at_mut_checked(order).unwrap_or_default();
+            let Some(new) = rest.first_mut() else {
+                continue;
+            };
+            for (index, (value, &e)) in new.iter_mut().zip(level).enumerate() {
+                let u = (place(index) - envelope.middle) / envelope.deviation;
+                *value = (0..order).fold(e, |value, _| value * u);
+            }
+            // Twice, so that rounding leaves nothing of the other functions.
+            for other in known.iter().chain(known.iter()) {
+                let along: f32 = other.iter().zip(&*new).map(|(a, b)| a * b).sum();
+                new.iter_mut().zip(other).for_each(|(value, other)| *value -= along * other);
+            }
+            let length = new.iter().map(|x| x * x).sum::<f32>().root();
+            if length > 0.0 {
+                new.iter_mut().for_each(|value| *value /= length);
+            }
+            let along: f32 = left.iter().zip(&*new).map(|(a, b)| a * b).sum();
+            left.iter_mut().zip(&*new).for_each(|(z, &b)| *z -= along * b);
+            if order > 1 {
+                bend += along * along;
+            }
         }
-        // Twice, so that rounding leaves nothing of the other functions.
-        for other in known.iter().chain(known.iter()) {
-            let along: f32 = other.iter().zip(&*new).map(|(a, b)| a * b).sum();
-            new.iter_mut().zip(other).for_each(|(value, other)| *value -= along * other);
-        }
-        let length = new.iter().map(|x| x * x).sum::<f32>().root();
-        if length > 0.0 {
-            new.iter_mut().for_each(|value| *value /= length);
-        }
-        let mut along = zero;
-        for (z, &b) in left.iter().zip(&*new) {
-            along += z * b;
-        }
-        if order > 1 {
-            along.im = 0.0;
-        }
-        left.iter_mut().zip(&*new).for_each(|(z, &b)| *z -= along * b);
+        Self { left, bend }
     }
-    left
 }
 
 /// The noise of the points, and whether they hold another signal.
@@ -361,46 +371,88 @@ struct Judged {
 }
 
 impl Judged {
-    fn from_residual(left: &[Complex<f32>; POINTS], envelope: &Envelope) -> Self {
+    fn from_across(across: &Across, turned: &[Complex<f32>; POINTS], envelope: &Envelope) -> Self {
         let near =
             |index: usize| (place(index) - envelope.middle).abs() < NEAR * envelope.deviation;
         let (mut inside, mut count) = (0.0f32, 0.0f32);
         let mut beside = heapless::Vec::<f32, POINTS>::new();
-        let mut product = Complex::new(0.0f32, 0.0);
-        let mut before: Option<Complex<f32>> = None;
-        for (index, &z) in left.iter().enumerate() {
-            let power = z.norm_sqr();
+        let mut product = 0.0f32;
+        let mut before: Option<f32> = None;
+        for (index, &z) in across.left.iter().enumerate() {
             // Leakage at the record's ends is largest under the taper.
             if !used(index) || taper(place(index)) < 0.9 {
                 before = None;
             } else if near(index) {
-                inside += power;
+                inside += 2.0 * z * z;
                 count += 1.0;
                 if let Some(before) = before {
-                    product += before.conj() * z;
+                    product += 2.0 * before * z;
                 }
                 before = Some(z);
             } else {
                 // There is room.
-                let _ = beside.push(power);
+                let _ = beside.push(2.0 * z * z);
                 before = None;
             }
         }
-        // Seven real parameters were fitted, all in the bins that pass whole.
-        let taken = 0.5 * (ORDERS + 2) as f32 / PASSED;
-        let free = (count - taken).max(1.0);
+        /// The median of a squared normal number over its mean.
+        const MEDIAN: f32 = 0.4549;
+        // Five real parameters were fitted, all in the bins that pass whole.
+        let free = (count - ORDERS as f32 / PASSED).max(1.0);
         let own = inside / free;
         let others = beside.len() as f32;
         let told = others >= 8.0;
-        let quiet = if told { median(&beside) / core::f32::consts::LN_2 } else { own };
-        // The logarithm of a ratio of two means is nearly normal; points of the taper count for fewer.
-        let spread = (2.0 / (1.6 * free) + 2.0 / others.max(1.0)).root();
+        let quiet = if told { median(&beside) / MEDIAN } else { own };
+        // The logarithm of a ratio is nearly normal; points are correlated and count for fewer. A median of squares has 2.7 times the variance
+        // of their mean.
+        let spread = (4.0 / (1.6 * free) + 2.7 * 4.0 / (1.6 * others.max(1.0))).root();
         let loud = told && own > quiet * libm::expf(POWER_LIMIT * spread);
         let correlation = product / inside.max(f32::MIN_POSITIVE) - CORRELATION;
-        let alike = correlation.norm_sqr().root() * count.root() > CORRELATION_LIMIT;
+        let alike = correlation.abs() * count.root() > CORRELATION_LIMIT;
         let noise = if told { (inside + quiet * others) / (free + others) } else { own };
         // A residual that is louder than the noise beside it is the noise of this burst.
-        let noise = if loud { own.max(noise) } else { noise };
-        Self { noise: noise / PASSED, mixed: loud || alike }
+        let noise = (if loud { own.max(noise) } else { noise }) / PASSED;
+        let bent = across.bend > 0.5 * noise * BEND_LIMIT;
+        let mixed = loud || alike || bent || has_two_humps(turned, noise, near);
+        Self { noise, mixed }
     }
+}
+
+/// Whether the level rises again after a fall, in the points near the envelope's middle.
+fn has_two_humps(
+    turned: &[Complex<f32>; POINTS],
+    noise: f32,
+    near: impl Fn(usize) -> bool,
+) -> bool {
+    let mut levels = [0.0f32; POINTS];
+    let mut count = 0;
+    for (index, three) in (1..).zip(turned.windows(3)) {
+        if near(index)
+            && used(index)
+            && taper(place(index)) >= 0.9
+            && let Some(level) = levels.get_mut(count)
+        {
+            *level = three.iter().map(|z| z.re).sum::<f32>() * const { 1.0 / 3.0 };
+            count += 1;
+        }
+    }
+    let levels = levels.get(..count).unwrap_or_default();
+    let highest = levels.iter().copied().fold(0.0, f32::max);
+    let most = (DIP * (noise * const { 1.0 / 6.0 }).root()).max(RIPPLE * highest);
+    // From either end up to the highest level, none is far below one before it.
+    let below = |levels: &mut dyn Iterator<Item = &f32>| {
+        let mut before = 0.0f32;
+        for &level in levels {
+            // Noise beside the burst is no hump.
+            if level.max(0.0) < before - most {
+                return true;
+            }
+            before = before.max(level);
+            if level >= highest {
+                break;
+            }
+        }
+        false
+    };
+    below(&mut levels.iter()) || below(&mut levels.iter().rev())
 }

@@ -56,7 +56,7 @@ pub enum Validation {
     /// One particle.
     #[default]
     Valid = 0,
-    /// The points hold more than one tone with one Gaussian envelope: two particles at once. The tone is unresolved.
+    /// The points hold more than one tone with one envelope, which rises and falls once: two particles at once. The tone is unresolved.
     TwoParticles = 1,
     /// Fewer than four cycles within the envelope's two and a half standard deviations on each side of its middle, or a frequency next to
     /// the pedestal's. The tone is near an edge.

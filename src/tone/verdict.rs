@@ -94,9 +94,10 @@ verdicts! {
     /// Samples were lost just before this block, or within this chirp.
     4 Gap "gap" WithinSigma 32,
         "Samples were lost just before this block.";
-    /// The peak is below the detection threshold: it may be noise.
+    /// The peak is below the detection threshold: it may be noise. Or a real tone is so near DC or Nyquist, a small part of a bin, that the
+    /// record shows neither its level nor its place.
     5 Weak "weak" No 64,
-        "The line is too weak to be told from noise.";
+        "The line is too weak, or too near DC or Nyquist, to be told from noise.";
     /// The beats of a chirp fit several targets, and nothing decides between them; or a sawtooth couples a target's range with its velocity.
     /// A tone is never ambiguous.
     11 Ambiguous "ambiguous" No 0,
