@@ -1,7 +1,7 @@
 //! A tone followed from block to block.
 //!
 //! A bank of Kalman filters takes each measurement with the estimator's sigma, and learns from it how the target moves, see
-//! [`motion`](super::motion). The frequency is kept in steps of 2^-32 cycle per sample, as exact as measured; the rate and the covariance
+//! `solve::motion`. The frequency is kept in steps of 2^-32 cycle per sample, as exact as measured; the rate and the covariance
 //! are `f32`.
 
 use super::motion::{CALM_GAINS, Motion};
