@@ -126,7 +126,7 @@ pub struct Following {
 
 impl Default for Following {
     fn default() -> Self {
-        Self { rate_bins: 2.0, most: 1, refresh: 0 }
+        Self { most: 1, ..Self::NONE }
     }
 }
 

@@ -162,6 +162,7 @@ const fn none_followed() -> Following {
     Following::NONE
 }
 
+/// The default of [`Config::new`].
 const fn usual_false_alarm() -> f64 {
     FALSE_ALARM
 }

@@ -12,6 +12,7 @@ use picket_host::simulate::{Kind, Signal, codes, generator};
 use picket_lab::impair::{Impairment, Setup};
 use picket_simulator::{Receiver, Target, Waveform};
 use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -82,20 +83,18 @@ fn tracker<R: Record>() -> Tracker<R, N> {
     Tracker::new(Config { following, ..Config::new(8000.0, CODES) }.plan().unwrap())
 }
 
-/// Runs of blocks, each of a steady tone where `bins` has it in this run and block.
-fn steps_of<R: Kind>(
+/// Runs of blocks of which `block` gives the samples and the frequency in bins, by run and block.
+fn followed<R: Record>(
     seed: u64,
     runs: u64,
     blocks: u32,
-    snr_db: f64,
-    bins: impl Fn(u64, u32) -> f64 + Sync,
+    block: impl Fn(u64, u32, &mut ChaCha8Rng) -> (Vec<R::Sample>, f64) + Sync,
 ) -> Cell {
     let runs = (0..runs).into_par_iter().map(|run| {
         let (mut rng, mut tracker) = (generator(seed, run), tracker::<R>());
         let (mut cell, mut numbers) = (Cell::default(), BTreeSet::new());
         for sequence in 0..blocks {
-            let truth = bins(run, sequence);
-            let samples = Signal::tone(truth, 400.0, snr_db).codes::<R>(N, &mut rng);
+            let (samples, truth) = block(run, sequence, &mut rng);
             let stamp = Stamp { sequence, ..Stamp::default() };
             tracker.block(&stamp, samples.as_array().unwrap());
             cell.block(&tracker, truth, &mut numbers);
@@ -104,6 +103,20 @@ fn steps_of<R: Kind>(
         cell
     });
     Cell::sum(runs.collect())
+}
+
+/// Runs of blocks, each of a steady tone where `bins` has it in this run and block.
+fn steps_of<R: Kind>(
+    seed: u64,
+    runs: u64,
+    blocks: u32,
+    snr_db: f64,
+    bins: impl Fn(u64, u32) -> f64 + Sync,
+) -> Cell {
+    followed::<R>(seed, runs, blocks, |run, sequence, rng| {
+        let truth = bins(run, sequence);
+        (Signal::tone(truth, 400.0, snr_db).codes::<R>(N, rng), truth)
+    })
 }
 
 /// A tone that steps at block 40 and then stands. The tracker once answered its own prediction as good, up to 4,000 sigma off.
@@ -158,30 +171,20 @@ type Way = fn(f64) -> f64;
 fn radar<R: Record>(seed: u64, snr_db: f64, seconds: f64, way: Way) -> Cell {
     const RATE_HZ: f64 = 8000.0;
     const CARRIER_HZ: f64 = 24e9;
-    let runs = (0..4u64).into_par_iter().map(|run| {
-        let (mut rng, mut tracker) = (generator(seed, run), tracker::<R>());
-        let (mut cell, mut numbers) = (Cell::default(), BTreeSet::new());
-        let receiver =
-            Receiver { codes: CODES, ..Receiver::ideal(RATE_HZ, R::IQ, Mixing::RxConjTx) };
-        let receiver = receiver.with_snr(800.0, snr_db);
-        let late = 0.013 * run as f64;
+    let (wave, block_s) = (Waveform::continuous(CARRIER_HZ), N as f64 / RATE_HZ);
+    let receiver = Receiver { codes: CODES, ..Receiver::ideal(RATE_HZ, R::IQ, Mixing::RxConjTx) };
+    let receiver = receiver.with_snr(800.0, snr_db);
+    followed::<R>(seed, 4, (seconds / block_s) as u32, |run, sequence, rng| {
+        let (late, start_s) = (0.013 * run as f64, f64::from(sequence) * block_s);
         let target = [Target::new(800.0, move |t| way(t + late))];
-        let (wave, block_s) = (Waveform::continuous(CARRIER_HZ), N as f64 / RATE_HZ);
-        for sequence in 0..(seconds / block_s) as u32 {
-            let start_s = f64::from(sequence) * block_s;
-            let record =
-                receiver.record(&wave, &target, (0, start_s), N, || rng.sample(StandardNormal));
-            let samples: Vec<R::Sample> = record.into_iter().map(R::from_parts).collect();
-            tracker.block(&Stamp { sequence, ..Stamp::default() }, samples.as_array().unwrap());
-            // The mean over the block, in cycles a block.
-            let ends = [start_s, start_s + block_s].map(|t| way(t + late));
-            let cycles = -2.0 * (ends[1] - ends[0]) * CARRIER_HZ / SPEED_OF_LIGHT;
-            cell.block(&tracker, if R::IQ { cycles } else { cycles.abs() }, &mut numbers);
-        }
-        cell.tracks = numbers.len();
-        cell
-    });
-    Cell::sum(runs.collect())
+        let record =
+            receiver.record(&wave, &target, (0, start_s), N, || rng.sample(StandardNormal));
+        // The mean over the block, in cycles a block.
+        let ends = [start_s, start_s + block_s].map(|t| way(t + late));
+        let cycles = -2.0 * (ends[1] - ends[0]) * CARRIER_HZ / SPEED_OF_LIGHT;
+        let samples = record.into_iter().map(R::from_parts).collect();
+        (samples, if R::IQ { cycles } else { cycles.abs() })
+    })
 }
 
 /// A car that passes at 12 m/s, a pendulum of 0.3 m at 0.5 Hz, a walker whose body sways by 0.35 m/s at 2 Hz: one identity each, two where
