@@ -142,7 +142,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         let result = Outcome::None;
         let mut measurement = Measurement { stamp: *stamp, clipped, tone, result };
         measurement.result = if self.plan.pairs() {
-            let drift = evidence.drift.filter(|_| tone.verdict == Verdict::Moving);
+            let drift = evidence.drift.filter(|_| tone.verdict <= Verdict::Moving);
             let lines = self.beats(&measurement, drift, others);
             self.ramps.solve(&self.plan.solver, stamp, &lines, R::IQ)
         } else {
@@ -286,7 +286,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         self.ramps.solve(&self.plan.solver, stamp, &[Line::from(tone)], R::IQ)
     }
 
-    /// The lines of the last block that a target's beats may be, the strongest first: `drift` is the rise of a tone that moves, `others`
+    /// The lines of the last block that a target's beats may be, the strongest first: `drift` is the rise of a usable tone, `others`
     /// the power of the bins beside the strongest.
     #[inline(never)]
     fn beats(

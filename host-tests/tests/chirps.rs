@@ -350,6 +350,39 @@ fn a_walker_at_thirty_metres_is_there() {
     }
 }
 
+/// A ramp that is bent more than its configuration says moves both beats as no target does: what is usable is right. Told, it is usable.
+#[test]
+fn a_bend_of_the_sweep_that_is_not_told_is_seen() {
+    const CURVATURE: f64 = 0.002;
+    let seen = |radar: &Radar, shape: Shape, snr_db: f64, told: f64| {
+        let straight = radar.chirp::<1024>(shape, Mixing::TxConjRx);
+        let sent = Chirp { sweep_curvature: CURVATURE, ..straight };
+        let set = Chirp { sweep_curvature: told, ..straight };
+        let seen = trials(77, sized(60, 1000), |rng| {
+            let (near, far) = radar.ranges_m;
+            let place = (rng.random_range(near..far), rng.random_range(-12.0..12.0));
+            solved::<Iq, 1024>(radar, (&sent, &set), snr_db, place, rng)
+        });
+        Counts::of(seen.into_iter())
+    };
+    let mut untold = Counts::default();
+    let mut told = Counts::default();
+    for radar in &RADARS[..4] {
+        for shape in [Shape::Trapezoid, Shape::Triangle] {
+            for snr_db in [-5.0, 0.0, 10.0, 20.0] {
+                untold.add(&seen(radar, shape, snr_db, 0.0));
+                told.add(&seen(radar, shape, snr_db, CURVATURE));
+            }
+        }
+    }
+    let Counts { chirps, usable, off, .. } = untold;
+    println!("not told: {chirps} chirps, {usable} usable, {off} off");
+    assert!(off <= 0.005 * usable + 1.0);
+    let Counts { chirps, usable, off, .. } = told;
+    println!("told: {chirps} chirps, {usable} usable, {off} off");
+    assert!(usable >= 0.75 * chirps && off <= 0.002 * usable + 1.0);
+}
+
 /// A ramp that is bent by a share of its bandwidth: with the constant of the same name the range is right, without it it is off in
 /// proportion to the range.
 #[test]

@@ -324,6 +324,7 @@ fn a_tone_is_followed_and_a_held_one_leaves_the_core_asleep() {
     for number in 0..40 {
         let samples = tone(200.3 + 0.05 * number as f64, 900.0, 30.0, &mut rng);
         status(&mut board);
+        board.recorded = Some(Vec::new());
         assert!(board.block(&bytes(&samples)).unwrap());
         let stamp = plan.timing.stamp(number, false);
         let measurement = tracker.block(&stamp, &samples);
@@ -341,11 +342,10 @@ fn a_tone_is_followed_and_a_held_one_leaves_the_core_asleep() {
             "block {number}"
         );
         let way = if follow.locked { &mut short } else { &mut whole };
-        way.push(status(&mut board).longest);
+        way.push(several::longest_block(&mut board));
     }
     // Searched: the first two, and one of 16.
     assert!(short.len() >= 34 && whole.len() >= 4, "{short:?} {whole:?}");
-    // The middle one: a status may come between a record and its count, which is then the next one's.
     let middle = |mut counts: Vec<u32>| {
         counts.sort_unstable();
         counts[counts.len() / 2]

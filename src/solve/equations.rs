@@ -102,6 +102,8 @@ pub struct Equations {
     /// The rise of the rising ramp's beat within a record, in cycles per sample for one metre per second: a target's motion moves its range
     /// and its Doppler shift. The falling ramp's beat rises by as much the other way.
     pub rise: f32,
+    /// The rise of a bent ramp's beat within a record, in cycles per sample for one metre of range; 0 for straight ramps.
+    pub bent: f32,
     /// Seconds from the record of the rising ramp to that of the falling one.
     pub apart: f32,
     /// Samples in a record: the error of a line's level falls with it. With 0 no level is known.
@@ -149,6 +151,7 @@ impl Chirp {
         // The carrier's second derivative, half of it, times the square of the delay.
         let half = -4.0 * self.sweep_curvature * bandwidth_hz / (duration_s * duration_s);
         let warp = (orientation * half * per_metre * per_metre / rate_hz) as f32;
+        let bent = (orientation * 2.0 * half * per_metre * n as f64 / (rate_hz * rate_hz)) as f32;
         if shape == Shape::Sawtooth {
             let [range, _] = up.row(up.time_s);
             // Phases refer to sample n / 2.
@@ -162,6 +165,7 @@ impl Chirp {
                 velocity: [scale(1.0 / doppler)?, none],
                 condition: [none; 2],
                 rise,
+                bent,
                 apart,
                 samples,
                 bounds,
@@ -191,6 +195,7 @@ impl Chirp {
             edge,
             condition,
             rise,
+            bent,
             apart,
             samples,
             bounds,

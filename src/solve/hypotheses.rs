@@ -52,12 +52,13 @@ impl From<Tone> for Line {
 }
 
 impl Line {
-    /// Whether a line that is not steady rises within the record by `expected` cycles per sample, which must be enough to be seen.
+    /// Whether a line rises within the record by `expected` cycles per sample. Of a line that moves this must be enough to be seen.
     fn rises_by(&self, expected: f32) -> bool {
         let Some(FrequencyDrift { cycles, sigma }) = self.drift else { return true };
         let (off, variance) = (cycles - expected, sigma * sigma);
+        let steady = self.tone.verdict < Verdict::Moving;
         let seen = 4.0 * expected * expected >= SAME * variance;
-        seen && off * off <= SAME * (variance + RISE * RISE * expected * expected)
+        (steady || seen) && off * off <= SAME * (variance + RISE * RISE * expected * expected)
     }
 
     /// Whether the line is not steady.
@@ -106,13 +107,14 @@ impl Hypothesis {
             && within(self.velocity, best.velocity, best.sigma_velocity)
     }
 
-    /// The hypothesis with the verdict [`Verdict::Unresolved`] if a line rises otherwise than the velocity says: it is of more than one
-    /// target.
+    /// The hypothesis with the verdict [`Verdict::Unresolved`] if a line rises otherwise than velocity and range say: it is of more than one
+    /// target, or the ramp is bent otherwise than the configuration says.
     fn with_rises(mut self, [rising, falling]: [&Line; 2], equations: &Equations) -> Self {
-        let velocity: f32 = self.velocity.to_num();
+        let [range, velocity]: [f32; 2] = [self.range.to_num(), self.velocity.to_num()];
+        let [moved, bent] = [equations.rise * velocity, equations.bent * range];
         // The magnitude of a negative beat falls where the beat rises.
-        let [up, down] = self.signs.map(|sign| f32::from(sign) * equations.rise * velocity);
-        if !(rising.rises_by(up) && falling.rises_by(-down)) {
+        let [up, down] = self.signs.map(f32::from);
+        if !(rising.rises_by(up * (bent + moved)) && falling.rises_by(down * (bent - moved))) {
             self.verdict = self.verdict.max(Verdict::Unresolved);
         }
         self

@@ -223,7 +223,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
         found: true,
         detected: selection.is_some(),
         line: class,
-        drift: moving.then(|| FrequencyDrift::from_fit(fit, N, noise)),
+        drift: (moving || bends).then(|| FrequencyDrift::from_fit(fit, N, noise)),
         image,
         front_end,
         gap: stamp.gap,
