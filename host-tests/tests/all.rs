@@ -19,6 +19,7 @@ mod emulated;
 mod engine_error;
 mod estimators;
 mod f32;
+mod false_alarms;
 mod fft;
 mod field;
 mod front_door;

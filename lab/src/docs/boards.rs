@@ -20,6 +20,7 @@ pub(super) const TABLES: &[Table] = &[
     Table::new(PICO, "latency", |_| latency("pico", "a usual block", "a usual block's")),
     Table::new(PICO, "codes", codes),
     Table::new("docs/effort.md", "claims", claims),
+    Table::new("docs/trust.md", "false alarms", false_alarms),
     Table::new("docs/python.md", "errors", errors),
 ];
 
@@ -109,6 +110,24 @@ fn several(_: &Table) -> Lines {
         one,
         fastest_harmonics,
     ]));
+    Ok(lines)
+}
+
+fn false_alarms(_: &Table) -> Lines {
+    let mut lines = head("| noise | N 64 | N 1024 | N 1024, bins 100 to 200 | I/Q, N 256 |");
+    for (name, power) in [
+        ("white", "white"),
+        ("1/f", "falls with `1/f`"),
+        ("1/f^2", "falls with `1/f^2`"),
+        ("1/f^3", "falls with `1/f^3`"),
+        ("a knee", "white, below bin 10 as `1/f^2`"),
+        ("a wide hump", "10 dB louder in 32 bins in the middle"),
+        ("a narrow hump", "6 dB louder in 8 bins in the middle"),
+    ] {
+        let alarms: [f64; 4] = measured(&format!("false alarms over those asked, {name}"))?;
+        let [n64, n1024, far, iq] = alarms.map(|alarms| format!("{alarms:.1}"));
+        lines.push(row([power.to_owned(), n64, n1024, far, iq]));
+    }
     Ok(lines)
 }
 
