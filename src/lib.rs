@@ -60,7 +60,7 @@
 //!   [`Velocity`], with [`Scene::Chirp`] a [`Target`]. [`solve`] also has what needs phases: [`displacement`](solve::displacement), the
 //!   [sequence](solve::sequence) of sawtooth chirps, the [pairing](solve::pairing) of the beats of several targets.
 //! - [`Method`] names the estimators: least squares, the default, and others by the feature `methods`.
-//! - [`I32`], [`Q15`] and `F32` are the engines of the transform: the default, one of half the memory, and one in floats.
+//! - [`I32`] and `F32` are the engines of the transform: the default, and one in floats.
 //!
 //! Every module names the paper that its equations come from, and says where ours differ.
 //!
@@ -185,7 +185,7 @@ pub use solve::track::Track;
 #[doc(inline)]
 pub use spectrum::engine::F32;
 #[doc(inline)]
-pub use spectrum::engine::{I32, Q15};
+pub use spectrum::engine::I32;
 #[doc(inline)]
 pub use tone::Tone;
 #[doc(inline)]

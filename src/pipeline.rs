@@ -90,8 +90,7 @@ impl Outcome {
     }
 }
 
-/// Turns ADC samples into measurements. The pipeline owns its work memory: `4 N` bytes for real records, `8 N` for I/Q. The engine
-/// [`Q15`](crate::spectrum::engine::Q15) takes half of that.
+/// Turns ADC samples into measurements. The pipeline owns its work memory: `4 N` bytes for real records, `8 N` for I/Q.
 ///
 /// ```
 /// use picket_dsp::{Codes, Config, Iq, Pipeline, Stamp};

@@ -5,9 +5,7 @@ use super::measure::{config, samples};
 use picket_dsp::acquire::sample::{Iq, Real, Record, Stamp};
 use picket_dsp::pipeline::{Alternating, Measurement, Pipeline};
 use picket_dsp::spectrum::engine::Engine;
-use picket_dsp::{
-    Accumulator, BurstProcessor, Config, F32, Format, Framer, I32, Q15, Tone, Usable,
-};
+use picket_dsp::{Accumulator, BurstProcessor, Config, F32, Format, Framer, I32, Tone, Usable};
 
 /// A configuration, a length and a path, then samples.
 pub fn paths(bytes: &[u8]) {
@@ -15,7 +13,7 @@ pub fn paths(bytes: &[u8]) {
     let config = config(&mut input);
     let [length, path] = input.take();
     let input = &mut input;
-    match (path % 12, length % 5) {
+    match (path % 10, length % 5) {
         (0, 0) => alternating::<64, 128>(&config, input),
         (0, 1) => alternating::<128, 256>(&config, input),
         (0, 2) => alternating::<256, 512>(&config, input),
@@ -30,17 +28,15 @@ pub fn paths(bytes: &[u8]) {
 }
 
 fn path_of<const N: usize>(path: u8, config: &Config, input: &mut Input) {
-    match path % 12 {
+    match path % 10 {
         1 => block::<Real, N, I32>(config, input),
         2 => block::<Iq, N, I32>(config, input),
-        3 => block::<Real, N, Q15>(config, input),
-        4 => block::<Iq, N, Q15>(config, input),
-        5 => accumulated::<Real, N>(config, input),
-        6 => accumulated::<Iq, N>(config, input),
-        7 => bursts::<Real, N>(config, input),
-        8 => bursts::<Iq, N>(config, input),
-        9 => block::<Real, N, F32>(config, input),
-        10 => block::<Iq, N, F32>(config, input),
+        3 => accumulated::<Real, N>(config, input),
+        4 => accumulated::<Iq, N>(config, input),
+        5 => bursts::<Real, N>(config, input),
+        6 => bursts::<Iq, N>(config, input),
+        7 => block::<Real, N, F32>(config, input),
+        8 => block::<Iq, N, F32>(config, input),
         _ => assembled::<N>(config, input),
     }
 }

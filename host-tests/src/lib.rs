@@ -33,7 +33,7 @@ pub fn prepare_images(target: Target) {
     prepare_packages();
     let (bin, others): (_, &[_]) = match target {
         Target::M4f if has_ignored() => {
-            ("core_check", &["bench", "bench_q15", "bench_f32", "bench_locked", "bench_several"])
+            ("core_check", &["bench", "bench_f32", "bench_locked", "bench_several"])
         }
         Target::M4f => ("core_check", &["bench", "bench_locked"]),
         Target::M3 => ("core_check", &["bench_locked", "bench_short"]),

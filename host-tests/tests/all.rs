@@ -38,7 +38,6 @@ mod offset;
 mod panic_free;
 mod pipeline;
 mod protocol;
-mod q15;
 mod recordings;
 mod registers;
 mod sequence;

@@ -45,8 +45,6 @@ struct Budgets {
     /// Instructions on the Cortex-M55, by record length and stage: the median, and the most of records without a sample at
     /// a rail and of those with.
     helium: BTreeMap<usize, BTreeMap<String, [u64; 3]>>,
-    /// Instructions of the 16-bit engine on the Cortex-M55, as in `helium`; its stages have its name before theirs.
-    helium_q15: BTreeMap<usize, BTreeMap<String, [u64; 3]>>,
     /// Bytes of program memory of an image for that core that measures one tone, and of one without verdicts.
     helium_images: [u64; 2],
     /// Bytes of program memory of both images by core: start-up, code and tables.
@@ -125,8 +123,8 @@ fn the_budget_is_kept() {
 }
 
 #[test]
-#[ignore = "needs images of the 16-bit and of the float engine: cargo test --test all -- --ignored"]
-fn the_budget_is_kept_by_the_other_engines() {
+#[ignore = "needs images of the float engine: cargo test --test all -- --ignored"]
+fn the_budget_is_kept_by_the_float_engine() {
     assert_kept(&ENGINES[1..]);
 }
 
@@ -428,12 +426,6 @@ fn the_kernels_equal_their_definition() {
 }
 
 #[test]
-#[ignore = "needs an image of the 16-bit engine: cargo test --test all -- --ignored"]
-fn the_kernels_of_the_16_bit_engine_equal_their_definition() {
-    assert_kernels(&["M4F", "M7"], &ENGINES[1..]);
-}
-
-#[test]
 #[ignore = "needs images of every length for the Cortex-M33: cargo test --test all -- --ignored"]
 fn the_kernels_equal_their_definition_on_cortex_m33() {
     assert_kernels(&["M33"], &ENGINES);
@@ -462,7 +454,7 @@ fn assert_equal<R: Record>(
     equality
 }
 
-/// The kernels of the Cortex-M55, of both engines of ours: their bits, and what they take.
+/// The kernels of the Cortex-M55: their bits, and what they take.
 #[test]
 #[ignore = "needs images of the Cortex-M55: cargo test --test all -- --ignored"]
 fn the_kernels_of_helium_equal_their_definition_and_keep_their_budget() {
@@ -481,8 +473,6 @@ fn the_kernels_of_helium_equal_their_definition_and_keep_their_budget() {
         let (compared, unequal) = count.equality();
         assert!(compared > 200 && unequal == 0, "{name}: {unequal} of {compared} blocks differ");
         excess.check_helium(&name, &count, budgets.helium.get(&n), &["fft", "peak", "fft_peak"]);
-        let stages = ["q15_fft", "q15_peak", "q15_fft_peak"];
-        excess.check_helium(&name, &count, budgets.helium_q15.get(&n), &stages);
     }
     // The images that count a whole measurement and the smallest one are built for the long run alone.
     if random.or(long).is_some() {
@@ -490,10 +480,6 @@ fn the_kernels_of_helium_equal_their_definition_and_keep_their_budget() {
         let short = image(core, engine, Scope::Short);
         let count = count(core, engine, &short, 1024, 200);
         excess.check_helium("M55, N = 1024", &count, budgets.helium.get(&1024), &bench::STAGES);
-        let q15 = &ENGINES[1];
-        let count = self::count(core, q15, &image(core, q15, Scope::Ours), 1024, 0);
-        let name = "M55, 16-bit engine, N = 1024";
-        excess.check_helium(name, &count, budgets.helium_q15.get(&1024), &bench::STAGES);
     }
     assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
 }

@@ -3,7 +3,7 @@
 
 use crate::signal::rng;
 use picket_dsp::spectrum::engine::Engine;
-use picket_dsp::{Codes, Config, F32, I32, Iq, Method, Pipeline, Q15, Real, Record, Tone, Verdict};
+use picket_dsp::{Codes, Config, F32, I32, Iq, Method, Pipeline, Real, Record, Tone, Verdict};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -70,8 +70,6 @@ fn codes_of_8_to_16_bits() {
     every_width::<Real, 1024, I32>();
     // From bin 32 on: the offset of I/Q codes lies in bin 0, and the fit of a tone below bin 17 would read it.
     every_width::<Iq, 512, I32>();
-    every_width::<Real, 1024, Q15>();
-    every_width::<Iq, 512, Q15>();
     every_width::<Real, 1024, F32>();
 }
 

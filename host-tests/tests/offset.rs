@@ -2,7 +2,7 @@
 
 use crate::signal::*;
 use host_tests::sized;
-use picket_dsp::spectrum::engine::{Engine, F32, I32, Q15};
+use picket_dsp::spectrum::engine::{Engine, F32, I32};
 use picket_dsp::{Alternating, Codes, Config, Iq, Pipeline, Stamp, Tone, Usable, Verdict};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -134,8 +134,6 @@ fn unsigned_codes_are_measured_alike_by_every_engine() {
     for away in [0.0, 20.0] {
         of_unsigned::<I32, 256>("I32", away);
         of_unsigned::<I32, 1024>("I32", away);
-        of_unsigned::<Q15, 256>("Q15", away);
-        of_unsigned::<Q15, 1024>("Q15", away);
         of_unsigned::<F32, 256>("F32", away);
         of_unsigned::<F32, 1024>("F32", away);
     }

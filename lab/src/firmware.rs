@@ -46,15 +46,7 @@ const IMAGES: [Images; 13] = [
     (Target::M3, &["bench", "bench_locked", "core_check"], &["mps2"]),
     (
         Target::M4f,
-        &[
-            "bench",
-            "bench_locked",
-            "bench_q15",
-            "bench_several",
-            "bench_short",
-            "core_check",
-            "single",
-        ],
+        &["bench", "bench_locked", "bench_several", "bench_short", "core_check", "single"],
         &["mps2"],
     ),
     (Target::M4f, &["frontend_nucleo"], &["nucleo"]),

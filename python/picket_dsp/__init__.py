@@ -232,7 +232,7 @@ class Pipeline(_Front):
     band_hz: (low, high), the band that is searched; I/Q bands may be negative.
     scene: a Doppler or a Chirp; answers then have velocities or ranges.
     false_alarm: probability that a block of noise passes for a tone.
-    engine: the transform: "i32", "q15" (half the memory on a board) or "f32".
+    engine: the transform: "i32" or "f32".
     arithmetic: "float", or "fixed" as on a core without a floating-point unit.
     effort: what is done for a line that is no steady tone: at "look" tests on one fit, at "one" all its steps and one more fit beside a drift,
         as boards do unless told otherwise, at "full" a joint fit with three causes at most. Fewer blocks are unresolved then. `lines` is the same at every effort.

@@ -39,7 +39,7 @@ class Pipeline:
         scene: Doppler | Chirp | None = ...,
         *,
         false_alarm: float | None = ...,
-        engine: Literal["i32", "q15", "f32"] = ...,
+        engine: Literal["i32", "f32"] = ...,
         arithmetic: Literal["float", "fixed"] = ...,
         effort: Literal["look", "one", "full"] = ...,
     ) -> None: ...

@@ -13,8 +13,7 @@ use picket_dsp::acquire::frontend::Timing;
 use picket_dsp::acquire::kind::{ForRecord, for_record};
 use picket_dsp::spectrum::engine::Engine;
 use picket_dsp::{
-    Arithmetic, Carrier, Config, Effort, F32, Following, I32, Plan, Q15, Record, Segment, Stamp,
-    Trigger,
+    Arithmetic, Carrier, Config, Effort, F32, Following, I32, Plan, Record, Segment, Stamp, Trigger,
 };
 use pyo3::prelude::*;
 
@@ -22,7 +21,6 @@ use pyo3::prelude::*;
 #[derive(Clone, Copy)]
 enum Transform {
     I32,
-    Q15,
     F32,
 }
 
@@ -56,7 +54,6 @@ impl<W: Work> ForRecord for Engined<'_, W> {
         let plan = native.config.plan::<R, N>()?;
         Ok(match native.transform {
             Transform::I32 => work.run::<R, N, I32>(native, plan),
-            Transform::Q15 => work.run::<R, N, Q15>(native, plan),
             Transform::F32 => work.run::<R, N, F32>(native, plan),
         })
     }
@@ -101,9 +98,8 @@ impl Native {
             .ok_or_else(|| wrong(format!("effort is look, one or full, not {effort}")))?;
         let transform = match engine {
             "i32" => Transform::I32,
-            "q15" => Transform::Q15,
             "f32" => Transform::F32,
-            _ => return Err(wrong(format!("engine is i32, q15 or f32, not {engine}"))),
+            _ => return Err(wrong(format!("engine is i32 or f32, not {engine}"))),
         };
         if let Some(probability) = false_alarm {
             config.false_alarm = probability;

@@ -81,10 +81,6 @@ pub trait Part: Copy + PartialEq + core::fmt::Debug + Send + Sync + 'static {
     const ZERO: Self;
 }
 
-impl Part for i16 {
-    const ZERO: Self = 0;
-}
-
 impl Part for i32 {
     const ZERO: Self = 0;
 }

@@ -6,7 +6,7 @@ use crate::spectrum::neighbourhood::Neighbourhood;
 use crate::tone::detection::{Relaxation, Threshold};
 use crate::tone::effort::Effort;
 use crate::tone::fit::Fit;
-use crate::tone::noise::ring::{self, LocalNoise};
+use crate::tone::noise::ring::LocalNoise;
 
 /// The bins around a peak, in codes.
 fn window_of(near: &Neighbourhood) -> Window {
@@ -18,9 +18,8 @@ const TRANSFORM: f32 = RESIDUE as f32;
 
 /// The noise of a bin beside a fit: the ring's, and the engine's own.
 fn noise_of(near: &Neighbourhood, fit: &Fit<f32>, beside: &LocalNoise) -> Noise {
-    let unseen = ring::unseen_rounding(near, beside);
     let engine = TRANSFORM * fit.line.norm_sqr() / super::constants::WIDTH as f32;
-    let power = (beside.noise.power + unseen) * near.n as f32 + engine;
+    let power = beside.noise.power * near.n as f32 + engine;
     Noise { power, dof: beside.noise.dof }
 }
 

@@ -20,7 +20,7 @@ use crate::tone::sigma::{sigma_bins, with_rounding};
 /// pipeline's to the bit where the record is clean and the plan is [`Plan::tone`](crate::plan::Plan::tone).
 ///
 /// The struct is all zeros at first, so that one in static memory takes no place in the program. It owns `4 N` bytes for real records,
-/// `8 N` for I/Q, half of that with the engine [`Q15`](crate::spectrum::engine::Q15).
+/// `8 N` for I/Q.
 ///
 /// ```
 /// use picket_dsp::{Codes, FrequencyOnly, Real};

@@ -3,7 +3,6 @@
 //! | engine | numbers | memory for N real samples | signal to error at least, N = 1024: real at 0 / -40 dBFS | I/Q |
 //! |---|---|---|---|---|
 //! | [`I32`] | `i32`, Q15 factors | 4 N bytes | 90 / 90 dB | 90 / 90 dB |
-//! | [`Q15`] | `i16`, Q15 factors, block floating point | 2 N bytes | 60 / 60 dB | 57 / 57 dB |
 //! | `F32` | `f32`, by the crate microfft (feature `microfft`) | 4 N bytes | 136 / 115 dB | 136 / 112 dB |
 //!
 //! A [`Spectrum`](super::Spectrum) names its engine in its type. Code that reads a spectrum takes
@@ -12,10 +11,9 @@
 #[cfg(feature = "microfft")]
 use super::fft::float;
 use super::fft::twiddle::{Packed, sines, splits};
-use super::fft::{self, integer, q15};
+use super::fft::{self, integer};
 use super::pairs::{self, Pairs};
 use super::peak::SKIRT;
-use super::q15_bins;
 use super::scan::{self, Scan, power_sum};
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Part, Record};
@@ -55,9 +53,6 @@ pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
     /// records of `n` samples. Rounded factors cause most of it: their errors follow the line, and do not show as noise beside it. Measured
     /// against an exact transform: host-tests, `engine_error`.
     fn error(n: usize, iq: bool) -> f32;
-
-    /// The noise power of rounding in a bin, in squared stored units; 0 where it is far below the rounding of the converter's codes.
-    const ROUNDING: f32 = 0.0;
 
     /// Whether the transform first subtracts the middle of unsigned codes, so that bin 0 lacks this offset.
     const CENTRED: bool;
@@ -121,8 +116,6 @@ const ROUNDED_FACTORS: f32 = 1.6e-6;
 
 /// Bins on each side of a peak that are not part of the floor.
 pub(super) const REACH: usize = SKIRT as usize;
-/// The number of pairs in the 16-bit engine's search is a multiple of this, less one.
-const STEP: usize = 4;
 
 /// The default: `i32`, see [`integer`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -215,7 +208,7 @@ impl Engine for I32 {
             let first = *bins.start();
             return Some(scan::over(points.get(bins)?, first, identity));
         }
-        let pairs = Pairs::new(points.len(), &bins, 1)?;
+        let pairs = Pairs::new(points.len(), &bins)?;
         let table = const { splits(N) };
         #[cfg(mve)]
         let (add, alone) =
@@ -237,7 +230,7 @@ impl Engine for I32 {
             let first = *bins.start();
             return Some(scan::over(points.get(bins)?, first, identity));
         }
-        let pairs = Pairs::new(points.len(), &bins, 1)?;
+        let pairs = Pairs::new(points.len(), &bins)?;
         let table = const { splits(N) };
         let alone = |bins| alone_portably(points, table, bins);
         let last = pairs.outermost();
@@ -250,124 +243,6 @@ impl Engine for I32 {
 #[cfg_attr(not(dsp), inline(never))] // its loops need all registers
 fn alone_portably(points: &[Point], table: &[Packed], bins: Range<usize>) -> Scan {
     pairs::alone(bins, |first, places| integer::window(points, table, first, places))
-}
-
-/// Half the memory: 16-bit block floating point, see [`q15`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Q15;
-
-impl Engine for Q15 {
-    type Part = i16;
-    const CENTRED: bool = true;
-    /// A point is rounded in each pass. The remaining error amounts to 2.7 roundings of both parts.
-    const ROUNDING: f32 = 2.7 * 2.0 / 12.0 * (1u32 << q15_bins::SQUARES) as f32;
-
-    /// The error of its factors. The rounding of its points is noise, and shows as such beside most tones.
-    #[inline]
-    fn error(_: usize, _: bool) -> f32 {
-        ROUNDED_FACTORS
-    }
-
-    fn transform<R: Record, const N: usize>(
-        pairs: &[Pair],
-        codes: Codes,
-        points: &mut [Pair],
-    ) -> i32 {
-        #[cfg(mve)]
-        return by_length!(R, N, fft::kernel_mve::q15::transform, (pairs, codes, points));
-        #[cfg(all(dsp, not(mve)))]
-        return by_length!(R, N, fft::kernel_q15::transform, (pairs, codes, points));
-        #[cfg(not(dsp))]
-        Self::transform_portably::<R, N>(pairs, codes, points)
-    }
-
-    fn transform_portably<R: Record, const N: usize>(
-        pairs: &[Pair],
-        codes: Codes,
-        points: &mut [Pair],
-    ) -> i32 {
-        by_length!(R, N, q15::transform, (pairs, codes, points))
-    }
-
-    #[inline]
-    fn bin<R: Record, const N: usize>(points: &[Pair], k: usize) -> Point {
-        if R::IQ {
-            return points.get(k).copied().map_or([0; 2], q15_bins::wide);
-        }
-        q15_bins::split(points, const { splits(N) }, k)
-    }
-
-    #[cfg(mve)]
-    #[inline]
-    fn window<'a, R: Record, const N: usize>(
-        points: &[Pair],
-        first: usize,
-        places: &'a mut [MaybeUninit<Point>],
-    ) -> &'a [Point] {
-        fft::kernel_mve::q15::window(points, const { splits(N) }, first, places)
-    }
-
-    #[inline]
-    fn search<R: Record, const N: usize>(
-        points: &[Pair],
-        bins: RangeInclusive<usize>,
-    ) -> Option<Scan> {
-        #[cfg(mve)]
-        {
-            use fft::kernel_mve::q15 as kernel;
-            if !kernel::is_aligned(points) {
-                return search_unaligned::<R, N>(points, bins);
-            }
-            if R::IQ && bins == (0..=N - 1) {
-                return Some(kernel::scan_iq(points));
-            }
-            if !R::IQ {
-                let pairs = Pairs::new(points.len(), &bins, STEP)?;
-                let table = const { splits(N) };
-                let scan = pairs
-                    .outermost()
-                    .map(|last| by_length!(R, N, kernel::scan, (points, table, last)));
-                return Some(q15_bins::found(pairs, scan, points, table, kernel::powers));
-            }
-        }
-        #[cfg(all(dsp, not(mve)))]
-        if !R::IQ {
-            let pairs = Pairs::new(points.len(), &bins, STEP)?;
-            let table = const { splits(N) };
-            let last = pairs.outermost();
-            let scan =
-                last.map(|last| by_length!(R, N, fft::kernel_q15::scan, (points, table, last)));
-            return Some(q15_bins::found(pairs, scan, points, table, q15_bins::power_sum));
-        }
-        Self::search_portably::<R, N>(points, bins)
-    }
-
-    fn search_portably<R: Record, const N: usize>(
-        points: &[Pair],
-        bins: RangeInclusive<usize>,
-    ) -> Option<Scan> {
-        if R::IQ {
-            let first = *bins.start();
-            return Some(q15_bins::over(points.get(bins)?, first));
-        }
-        let pairs = Pairs::new(points.len(), &bins, STEP)?;
-        let table = const { splits(N) };
-        let last = pairs.outermost();
-        let scan = last.map(|last| by_length!(R, N, q15_bins::scan, (points, table, last)));
-        Some(q15_bins::found(pairs, scan, points, table, q15_bins::power_sum))
-    }
-}
-
-/// The search in points that no vector can be loaded from. No spectrum has such points: the search is a function of its own, so that others
-/// need not carry it.
-#[cfg(mve)]
-#[cold]
-#[inline(never)]
-fn search_unaligned<R: Record, const N: usize>(
-    points: &[Pair],
-    bins: RangeInclusive<usize>,
-) -> Option<Scan> {
-    Q15::search_portably::<R, N>(points, bins)
 }
 
 /// Floats, by the crate microfft, for a core with an FPU: see [`float`].

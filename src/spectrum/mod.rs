@@ -6,7 +6,6 @@ pub mod fft;
 pub mod neighbourhood;
 mod pairs;
 pub mod peak;
-pub mod q15_bins;
 pub mod scan;
 pub mod zoom;
 #[cfg(dsp)]
@@ -78,9 +77,6 @@ pub trait Source {
     /// The error in bins that the engine adds to a frequency, see [`Engine::error`].
     fn error(&self) -> f32;
 
-    /// The noise power of a bin by the engine's rounding, see [`Engine::ROUNDING`].
-    fn rounding(&self) -> f32;
-
     /// [`Spectrum::bin`].
     fn bin(&self, k: i32) -> Complex<i32>;
 
@@ -107,10 +103,6 @@ impl<R: Record, const N: usize, E: Engine> Source for Spectrum<R, N, E> {
 
     fn error(&self) -> f32 {
         E::error(N, R::IQ)
-    }
-
-    fn rounding(&self) -> f32 {
-        E::ROUNDING
     }
 
     fn bin(&self, k: i32) -> Complex<i32> {

@@ -62,8 +62,6 @@ pub struct Neighbourhood<'a> {
     pub exponent: i32,
     /// The error in bins that the engine adds to a frequency, see [`Engine::error`](super::engine::Engine::error).
     pub engine_error: f32,
-    /// The noise power of a bin by the engine's rounding, in squared stored units, see [`Engine::ROUNDING`](super::engine::Engine::ROUNDING).
-    pub rounding: f32,
     /// The three bins around minus the peak, where an I/Q front end makes an image.
     pub image: [Point; 3],
     /// The ring's groups below the peak and above it.
@@ -97,7 +95,6 @@ impl<'a> Neighbourhood<'a> {
             peak,
             exponent: source.exponent(),
             engine_error: source.error(),
-            rounding: source.rounding(),
             image,
             groups,
             first,

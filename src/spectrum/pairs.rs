@@ -31,9 +31,8 @@ pub(super) struct Pairs {
 }
 
 impl Pairs {
-    /// The pairs of a band of bins. The number of pairs without the middle is a multiple of `step`, less one if `step` is not 1; `None` if
-    /// the band has bins that come from one point alone.
-    pub const fn new(length: usize, bins: &RangeInclusive<usize>, step: usize) -> Option<Self> {
+    /// The pairs of a band of bins; `None` if the band has bins that come from one point alone.
+    pub const fn new(length: usize, bins: &RangeInclusive<usize>) -> Option<Self> {
         let (low, high, middle) = (*bins.start(), *bins.end(), length / 2);
         if low < 1 || high < low || high >= length {
             return None;
@@ -41,12 +40,7 @@ impl Pairs {
         if low > middle || high < middle {
             return Some(Self { length, low, high, outermost: middle + 1 });
         }
-        let inner = if low > length - high { low } else { length - high };
-        // One above a multiple of `step`.
-        let outermost = match (inner - 1).checked_next_multiple_of(step) {
-            Some(multiple) if multiple + 1 < middle => multiple + 1,
-            _ => middle,
-        };
+        let outermost = if low > length - high { low } else { length - high };
         Some(Self { length, low, high, outermost })
     }
 
@@ -171,9 +165,9 @@ mod tests {
     use std::println;
     use std::vec::Vec;
 
-    fn search<const M: usize>(points: &[Point], bins: RangeInclusive<usize>, step: usize) -> Scan {
+    fn search<const M: usize>(points: &[Point], bins: RangeInclusive<usize>) -> Scan {
         let table = twiddle::splits(2 * M);
-        let pairs = Pairs::new(M, &bins, step).unwrap();
+        let pairs = Pairs::new(M, &bins).unwrap();
         let single = |bins| alone(bins, |first, places| window(points, table, first, places));
         let inner = pairs.outermost().map(|last| scan::real::<M>(points, table, last));
         let found = pairs.with_alone(inner, single);
@@ -181,10 +175,10 @@ mod tests {
     }
 
     /// Compares a band with the streaming search over its bins, each split.
-    fn compare<const M: usize>(points: &[Point], bins: RangeInclusive<usize>, step: usize) {
+    fn compare<const M: usize>(points: &[Point], bins: RangeInclusive<usize>) {
         let (low, high) = (*bins.start(), *bins.end());
         let name = std::format!("{M} points, bins {low}..={high}");
-        let found = search::<M>(points, bins.clone(), step);
+        let found = search::<M>(points, bins.clone());
         let each: Vec<u64> =
             (0..M).map(|k| power(split(points, twiddle::splits(2 * M), k))).collect();
         let mut search = Search::new(Band::new(low as i32, high as i32));
@@ -199,7 +193,7 @@ mod tests {
         let floor_bins = (high - low + 1) as u32 - skirt.points;
         assert!(floor_bins == peak.floor_bins || 2 * floor_bins as usize > high - low, "{name}");
         // The floor is the power of these bins, but for the rounding of a split (see `scan`).
-        let pairs = Pairs::new(M, &bins, step).unwrap();
+        let pairs = Pairs::new(M, &bins).unwrap();
         let inner = pairs.outermost().map_or(0..0, |last| last..M + 1 - last);
         let near = |k: usize| k.abs_diff(peak.bin as usize) <= REACH;
         let mirrored = |k: usize| inner.contains(&k) && near(M - k);
@@ -228,8 +222,7 @@ mod tests {
             let points = noise::<M>(&mut seed, size);
             for low in (1..M).step_by(stride) {
                 for high in (low..M).step_by(stride) {
-                    compare::<M>(&points, low..=high, 1);
-                    compare::<M>(&points, low..=high, 4);
+                    compare::<M>(&points, low..=high);
                 }
             }
         }
@@ -247,25 +240,22 @@ mod tests {
     /// Each bin is in exactly one of the parts.
     #[test]
     fn every_bin_is_alone_or_in_a_pair() {
-        for (low, high, step) in
-            (1..64).flat_map(|l| (l..64).flat_map(move |h| [(l, h, 1), (l, h, 4)]))
-        {
-            let pairs = Pairs::new(64, &(low..=high), step).unwrap();
+        for (low, high) in (1..64).flat_map(|low| (low..64).map(move |high| (low, high))) {
+            let pairs = Pairs::new(64, &(low..=high)).unwrap();
             let inner = pairs.outermost().map_or(0..0, |last| last..65 - last);
-            assert!(inner.is_empty() || step == 1 || inner == (32..33) || inner.start % 4 == 1);
             let [below, above] = pairs.alone();
             let all: Vec<usize> = below.chain(inner).chain(above).collect();
-            assert_eq!(all, (low..=high).collect::<Vec<_>>(), "{low}..={high} by {step}");
+            assert_eq!(all, (low..=high).collect::<Vec<_>>(), "{low}..={high}");
         }
-        assert_eq!(Pairs::new(64, &(0..=9), 1), None);
-        assert_eq!(Pairs::new(64, &(9..=64), 1), None);
+        assert_eq!(Pairs::new(64, &(0..=9)), None);
+        assert_eq!(Pairs::new(64, &(9..=64)), None);
     }
 
     /// A line outside of a band does not show in the band's floor, though it shares points with the band's bins.
     #[test]
     fn a_strong_line_outside_is_no_part_of_the_floor() {
         let (mut points, mut seed) = (noise::<512>(&mut 5, 1 << 10), 7u32);
-        let quiet = search::<512>(&points, 20..=511, 1);
+        let quiet = search::<512>(&points, 20..=511);
         // X[k] of 1.2e9 and no X[M-k], for k = 9: see `scan::tests`.
         let (k, size) = (9, 1.2e9);
         let turn = f64::from(random(&mut seed)) * 1e-6;
@@ -274,7 +264,7 @@ mod tests {
         let half = |x: f64, y: f64| [(x / 2.0).round() as i32, (y / 2.0).round() as i32];
         points[k] = half(re * (1.0 - sin) - im * cos, re * cos + im * (1.0 - sin));
         points[512 - k] = half(re * (1.0 + sin) + im * cos, re * cos - im * (1.0 + sin));
-        let loud = search::<512>(&points, 20..=511, 1);
+        let loud = search::<512>(&points, 20..=511);
         // A factor of 16 bits leaves -96 dB of the line.
         let leak = (size * size * 2f64.powi(-31)) as u64;
         assert!(loud.total.abs_diff(quiet.total) < leak, "{} {}", loud.total, quiet.total);

@@ -379,7 +379,7 @@ mod tests {
     use super::*;
     use crate::acquire::codes::Codes;
     use crate::acquire::sample::{Iq, Real};
-    use crate::spectrum::engine::{I32, Q15};
+    use crate::spectrum::engine::I32;
 
     fn search(band: Band, powers: &[u64]) -> Option<Peak> {
         let mut search = Search::new(band);
@@ -464,7 +464,6 @@ mod tests {
     #[test]
     fn an_offset_stronger_than_the_line_is_no_peak() {
         an_offset_is_no_peak::<Iq, I32>(|parts| parts);
-        an_offset_is_no_peak::<Iq, Q15>(|parts| parts);
         an_offset_is_no_peak::<Real, I32>(|[re, _]| re);
     }
 }

@@ -182,7 +182,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
             inflated = unusual::near_of(&censored, fit, N, clipped, inflated);
         }
     }
-    let mut sigma = sigma_bins(fit, N, inflated + ring::unseen_rounding(around, &beside));
+    let mut sigma = sigma_bins(fit, N, inflated);
     if clipped > CLIPPED {
         sigma = unusual::widened(&censored, sigma, inflated, clipped);
     }

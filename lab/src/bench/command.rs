@@ -25,8 +25,8 @@ pub struct Options {
     /// Cores, separated by commas: M4F, M33, M55, M7, M3, M0
     #[arg(long, value_delimiter = ',', default_value = "M4F,M33,M55,M7,M3,M0")]
     core: Vec<String>,
-    /// Engines of ours, separated by commas: i32, q15, f32, the last on cores with an FPU
-    #[arg(long, value_delimiter = ',', default_value = "i32,q15,f32")]
+    /// Engines of ours, separated by commas: i32, f32, the last on cores with an FPU
+    #[arg(long, value_delimiter = ',', default_value = "i32,f32")]
     engine: Vec<String>,
     /// Record lengths, separated by commas
     #[arg(long, value_delimiter = ',')]
@@ -109,7 +109,7 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
     let how = How { reach, effort: options.effort };
     let engines = options.engine.iter().map(|name| {
         let engine = ENGINES.iter().find(|engine| engine.name.ends_with(name.as_str()));
-        engine.ok_or_else(|| format!("there is no engine {name}: choose of i32, q15, f32"))
+        engine.ok_or_else(|| format!("there is no engine {name}: choose of i32, f32"))
     });
     let engines = engines.collect::<Result<Vec<_>, _>>()?;
     ready()?;

@@ -146,8 +146,7 @@ pub fn range(cycles: u64) -> [u64; 2] {
 /// Cortex-M33: as on the Cortex-M4, on which the kernels take 1.2 to 1.6 cycles an instruction. Cortex-M55: a vector instruction keeps its
 /// unit (loads and stores, sums, products) busy for two cycles, two of different units overlap by one, and a scatter takes a cycle a word
 /// (software optimization guide). Of FFT and peak 33 of 100 instructions are vector loads and stores, 33 sums, 20 products, 3 scatters:
-/// the low figure if every two neighbours overlap, the high one if none do. By the 16-bit engine it is 25, 40, 13 and 2, for which the high
-/// one is a tenth too high.
+/// the low figure if every two neighbours overlap, the high one if none do.
 pub fn rough(core: &Core, instructions: u64) -> Option<[u64; 2]> {
     let factors = match core.target {
         Target::M33 => [1.2, 1.6],

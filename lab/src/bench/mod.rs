@@ -109,11 +109,7 @@ impl Engine {
 }
 
 /// Our engines, the default first.
-pub const ENGINES: [Engine; 3] = [
-    Engine { name: "picket-i32", bin: "bench" },
-    Engine { name: "picket-q15", bin: "bench_q15" },
-    FLOAT,
-];
+pub const ENGINES: [Engine; 2] = [Engine { name: "picket-i32", bin: "bench" }, FLOAT];
 
 /// The one that is somebody else's transform.
 pub const FLOAT: Engine = Engine { name: "picket-f32", bin: "bench_f32" };

@@ -107,11 +107,7 @@ fn instructions(_: &Table) -> Lines {
     let budget = &Budget::read()?;
     let m4f = core("M4F")?;
     let mut rows = Vec::new();
-    for (name, engine) in [
-        ("Picket", "picket-i32"),
-        ("16-bit engine", "picket-q15"),
-        ("Float engine (microfft)", "picket-f32"),
-    ] {
+    for (name, engine) in [("Picket", "picket-i32"), ("Float engine (microfft)", "picket-f32")] {
         let path = |stage: &'static str| {
             move |n: &str| format!("/engines/{engine}/instructions/{n}/{stage}")
         };
@@ -121,16 +117,15 @@ fn instructions(_: &Table) -> Lines {
         let peak =
             of(budget, &format!("**{name}: FFT, peak and noise floor**"), each(path("fft_peak")))?;
         rows.push(format!("{peak} {errors} |"));
-        let all = match engine {
-            "picket-q15" => middle(&path("measurement")("1024")),
-            _ => each(path("measurement")),
-        };
         let what = if engine == "picket-i32" {
             "all of it, to frequency, sigma and verdict"
         } else {
             "all of it"
         };
-        rows.push(format!("{} |", of(budget, &format!("**{name}: {what}**"), all)?));
+        rows.push(format!(
+            "{} |",
+            of(budget, &format!("**{name}: {what}**"), each(path("measurement")))?
+        ));
     }
     let counted = |row: &Row| Some(row.median);
     for (name, engine, stage) in [
@@ -179,16 +174,6 @@ fn modelled(_: &Table) -> Lines {
     let budget = &Budget::read()?;
     let portable = |core: &str, stage: &str| middle(&format!("/portable_cycles/{core}/{stage}"));
     let rows = vec![
-        of(
-            budget,
-            "16-bit engine: FFT, peak and noise floor",
-            each(|n| format!("/engines/picket-q15/cycles/{n}/fft_peak")),
-        )?,
-        of(
-            budget,
-            "16-bit engine: all of it",
-            middle("/engines/picket-q15/cycles/1024/measurement"),
-        )?,
         of(budget, "M3: FFT, peak and noise floor", portable("M3", "fft_peak"))?,
         of(budget, "M3: all of it", portable("M3", "measurement"))?,
         of(budget, "M0+: FFT, peak and noise floor", portable("M0", "fft_peak"))?,
@@ -231,9 +216,7 @@ fn engines(_: &Table) -> Lines {
     };
     let whole_bin = budget.at("/engines/picket-i32/instructions/1024/peak")? / 511.0;
     let mut lines = head("| N = 1024 | |");
-    for (name, engine) in
-        [("the default", "i32"), ("the 16-bit engine", "q15"), ("the float engine", "f32")]
-    {
+    for (name, engine) in [("the default", "i32"), ("the float engine", "f32")] {
         let bytes = budget.at(&format!("/engines/picket-{engine}/ram_bytes/1024"))?;
         lines.push(row([
             format!("{name}: bytes of RAM, with two records and the result"),
@@ -278,7 +261,6 @@ fn cores(_: &Table) -> Lines {
 fn helium(_: &Table) -> Lines {
     let budget = &Budget::read()?;
     let own = |which: usize| each(move |n| format!("/helium/{n}/fft_peak/{which}"));
-    let q15 = |which: usize| each(move |n| format!("/helium_q15/{n}/q15_fft_peak/{which}"));
     let counted = |row: &Row| Some(row.median);
     let m55 = core("M55")?;
     let mut rows = vec![
@@ -288,13 +270,6 @@ fn helium(_: &Table) -> Lines {
             budget,
             "**With Helium: all of it, to frequency, sigma and verdict**",
             middle("/helium/1024/measurement/0"),
-        )?,
-        of(budget, "**With Helium and the 16-bit engine: FFT, peak and noise floor**", q15(0))?,
-        of(budget, "with Helium and that engine, worst", q15(1))?,
-        of(
-            budget,
-            "**All of it, with Helium and that engine**",
-            middle("/helium_q15/1024/measurement/0"),
         )?,
         row(cmsis(
             "CMSIS-DSP q15 (MVE): FFT, magnitudes, peak",
@@ -312,22 +287,14 @@ fn helium(_: &Table) -> Lines {
         )?),
     ];
     // On the chip a vector instruction takes two cycles, and of two neighbours of different units one overlaps.
-    for (name, path) in [
-        (
-            "cycles of FFT, peak and floor, if every two neighbours overlap, and if none do",
-            "/helium/1024/fft_peak/0",
-        ),
-        ("these by the 16-bit engine", "/helium_q15/1024/q15_fft_peak/0"),
-    ] {
-        let counted = budget.at(path)?;
-        let [least, most] = [1.1, 2.1].map(|cycles| rounded(cycles * counted));
-        rows.push(row([
-            name.to_owned(),
-            String::new(),
-            format!("{least} to {most}"),
-            String::new(),
-        ]));
-    }
+    let counted = budget.at("/helium/1024/fft_peak/0")?;
+    let [least, most] = [1.1, 2.1].map(|cycles| rounded(cycles * counted));
+    rows.push(row([
+        "cycles of FFT, peak and floor, if every two neighbours overlap, and if none do".to_owned(),
+        String::new(),
+        format!("{least} to {most}"),
+        String::new(),
+    ]));
     let head =
         head("| executed instructions, emulated Cortex-M55 (mps3-an547) | N = 256 | 1024 | 4096 |");
     Ok([head, rows].concat())

@@ -1,7 +1,6 @@
 //! Transforms. [`integer`] is the default and defines the target's arithmetic. Cores with the DSP extension run this arithmetic in the
-//! loops of `kernel_dsp`, cores with Helium in the loops of `kernel_mve`, Armv6-M in the loops of `kernel_thumb1`. [`q15`] is the 16-bit
-//! transform; its loops are `kernel_q15` with the DSP extension, `kernel_mve::q15` with Helium. `float`, with the feature `microfft`, calls
-//! another crate.
+//! loops of `kernel_dsp`, cores with Helium in the loops of `kernel_mve`, Armv6-M in the loops of `kernel_thumb1`. `float`, with the
+//! feature `microfft`, calls another crate.
 
 #[cfg(any(dsp, short_products))]
 pub(crate) mod assembly;
@@ -12,11 +11,8 @@ pub mod integer;
 pub mod kernel_dsp;
 #[cfg(mve)]
 pub mod kernel_mve;
-#[cfg(all(dsp, not(mve)))]
-pub mod kernel_q15;
 #[cfg(short_products)]
 pub mod kernel_thumb1;
-pub mod q15;
 pub mod twiddle;
 
 #[cfg(not(any(dsp, short_products)))]

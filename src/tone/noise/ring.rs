@@ -26,7 +26,6 @@ use super::own::{Own, Whole};
 use super::{whole, whole_fixed};
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
-use crate::spectrum::bins::REACH;
 use crate::spectrum::fft::integer::Point;
 use crate::spectrum::neighbourhood::{
     GROUP, GROUPS, GUARD, LENT, Neighbourhood, groups, has_ring, room,
@@ -150,11 +149,11 @@ fn beside_size(
             Arithmetic::Float => whole::power(near, fit),
             Arithmetic::Fixed => whole_fixed::power(near, fit),
         };
-        return from_power(power.max(least(near)), whole::dof(n, iq) as f32);
+        return from_power(power.max(rounding(near.iq)), whole::dof(n, iq) as f32);
     }
     let own = Own::new(iq, near.peak, n, fit, near.exponent);
     let sides = sides(near).map(|(bins, first)| own.side(bins, first, arithmetic));
-    from_sides(sides, unit(near), least(near))
+    from_sides(sides, unit(near), rounding(near.iq))
 }
 
 /// The noise beside one tone of several, in a record that has room for a ring. `less_others(k, stretch)` subtracts the others' leakage from
@@ -167,7 +166,7 @@ pub(crate) fn beside_others(
     let own = Own::new(near.iq, near.peak, near.n, fit, near.exponent);
     let sides = sides(near)
         .map(|(bins, first)| powers(bins, first, |bins, k| own.power(bins, k, &less_others)));
-    from_sides(sides, unit(near), least(near))
+    from_sides(sides, unit(near), rounding(near.iq))
 }
 
 /// The bins of the ring below a peak and above it, and the place of the first bin.
@@ -225,7 +224,7 @@ pub fn loud(
     };
     let (left, right) = (side(-1, near_left, left), side(1, near_right, right));
     let (quieter, louder) = if left.0 < right.0 { (left, right) } else { (right, left) };
-    let power = (louder.0 * unit(at)).max(least(at));
+    let power = (louder.0 * unit(at)).max(rounding(at.iq));
     let spread = (2.0 / louder.1.max(1.0) + 2.0 / quieter.1.max(1.0)).root();
     // A side that is quieter by more than chance has another noise, and makes the louder side no more accurate.
     let apart = louder.1 > FEW && louder.0 > (1.0 + 3.0 * spread) * quieter.0;
@@ -247,43 +246,6 @@ pub(crate) const fn dof(n: usize, iq: bool) -> f32 {
 /// second differences, each of which has 3/2 of a bin's power, and a bin's power is N times a sample's: 6 N times a sample's.
 fn unit(near: &Neighbourhood) -> f32 {
     f32::two_to(2 * near.exponent - near.n.trailing_zeros() as i32) / 6.0
-}
-
-/// The least noise power per sample: the converter's rounding, or the engine's. A tone exactly on its bin leaves nothing in the other bins
-/// that would show a rounding.
-fn least(near: &Neighbourhood) -> f32 {
-    let rounding = rounding(near.iq);
-    if near.rounding == 0.0 {
-        return rounding;
-    }
-    let bin = near.rounding * f32::two_to(2 * near.exponent);
-    rounding.max(bin / near.n as f32)
-}
-
-/// The noise power per sample that also moves a fit, where an engine's rounding is not white noise; 0 for engines whose rounding is
-/// negligible.
-///
-/// Where a tone lies on its bin, equal numbers are rounded equally. Such errors have one sign on each side of the line and change little
-/// from bin to bin: second differences are blind to them, and the ring shows less than half of the rounding error. The missing part of that
-/// half moves the offset as errors of `1/i` in bin `i` do that add up, not as independent errors.
-#[inline(never)] // so that all kinds and lengths of records share one
-pub(crate) fn unseen_rounding(near: &Neighbourhood, beside: &LocalNoise) -> f32 {
-    /// The square of the sum of `1/i` over the bins of a fit, over the sum of its square.
-    const ALIKE: f32 = {
-        let (mut sum, mut squares, mut i) = (0.0, 0.0, 1);
-        while i <= REACH {
-            let share = 1.0 / i as f32;
-            (sum, squares, i) = (sum + share, squares + share * share, i + 1);
-        }
-        2.0 * sum * sum / squares
-    };
-    let [left, right] = &beside.sides;
-    let count = left.count + right.count;
-    if near.rounding == 0.0 || count == 0 {
-        return 0.0;
-    }
-    let seen = (left.sum + right.sum) * unit(near);
-    ALIKE * (0.5 * least(near) - seen / count as f32).max(0.0)
 }
 
 /// If one side is this many times as loud as the other, the noise has an edge between them: a

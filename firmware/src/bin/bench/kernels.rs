@@ -1,4 +1,4 @@
-//! Transform and search of both own engines, for every length: compares the kernels with their definition, on the M55 under interrupts,
+//! Transform and search of the integer engine, for every length: compares the kernels with their definition, on the M55 under interrupts,
 //! too, and counts them. The image builds in a tenth of the time of `bench`.
 //!
 //! Like `bench`, it reads the number of random blocks from the header's period, and their seed from its stride.
@@ -16,7 +16,7 @@ use picket_dsp::acquire::kind::{ForRecord, for_record};
 use picket_dsp::acquire::sample::Record;
 use picket_dsp::plan::Plan;
 use picket_dsp::spectrum::Spectrum;
-use picket_dsp::spectrum::engine::{Engine, I32, Q15};
+use picket_dsp::spectrum::engine::{Engine, I32};
 use picket_dsp::spectrum::fft::twiddle::MAX_LENGTH;
 use picket_dsp::spectrum::peak;
 use picket_firmware::mps2::count::count;
@@ -64,8 +64,8 @@ impl ForRecord for Kernels {
         let Kernels(mut playback) = self;
         let header = playback.header;
         let plan = playback.plan::<R, N>();
-        let mut spectra = (Spectrum::<R, N, I32>::new(), Spectrum::<R, N, Q15>::new());
-        let mut engines = (Equality::<R, N, I32>::default(), Equality::<R, N, Q15>::default());
+        let mut spectrum = Spectrum::<R, N, I32>::new();
+        let mut equality = Equality::<R, N, I32>::default();
         let mut bytes = [0; 4 * MAX_LENGTH];
         let mut samples = [R::Sample::default(); N];
         for _ in 0..header.blocks {
@@ -74,22 +74,17 @@ impl ForRecord for Kernels {
                 decode::<R>(bytes, &mut samples);
             }
             let samples = black_box(&samples);
-            count_stages(&mut spectra.0, samples, &plan, ["fft", "peak", "fft_peak"]);
-            let names = ["q15_fft", "q15_peak", "q15_fft_peak"];
-            count_stages(&mut spectra.1, samples, &plan, names);
-            engines.0.compare(samples, plan.codes);
-            engines.1.compare(samples, plan.codes);
+            count_stages(&mut spectrum, samples, &plan, ["fft", "peak", "fft_peak"]);
+            equality.compare(samples, plan.codes);
         }
-        (engines.0.whole, engines.1.whole) = (WHOLE, WHOLE);
-        engines.0.drive(header.period_us, header.stride);
-        engines.1.drive(header.period_us, header.stride);
+        equality.whole = WHOLE;
+        equality.drive(header.period_us, header.stride);
         #[cfg(an547)]
         if !R::IQ && N == 1024 {
             let (interrupts, unequal) = interrupted::drive();
             figure(Uart::ONE, "interrupts", interrupts.into());
             figure(Uart::ONE, "unequal", unequal.into());
         }
-        engines.0.report();
-        engines.1.report();
+        equality.report();
     }
 }

@@ -1,6 +1,6 @@
 //! The transform and the search on cores with Helium, the vectors of M-profile cores (MVE with integers: Cortex-M55, M85). Each kernel
 //! equals its portable definition in [`super::integer`] and [`crate::spectrum::scan`] bit for bit, on every input; the tests on an emulated
-//! core drive both. [`q15`] has the kernels of the 16-bit engine.
+//! core drive both.
 //!
 //! `VMULH.S32` by a factor in the upper half of its lane is `SMULWB`: a vector holds four real parts or four imaginary ones. A factor 1 has
 //! no path of its own. It is `2^31 - 1`, and for an odd x the upper word of `x (2^31 - 1)` is `x >> 1`. So every pass sets the lowest bit
@@ -35,7 +35,6 @@ mod factors;
 #[macro_use]
 mod first;
 mod passes;
-pub mod q15;
 pub mod rails;
 mod search;
 mod wide;
