@@ -218,12 +218,14 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     }
     let unseen = unseen(around.engine_error, &options.width, sigma, fit, N, reported_noise);
     let moving = class == LineClass::Moving;
+    // A core without an FPU has no time for the rise of a steady line.
+    let seen = bends && options.arithmetic.available() == Arithmetic::Float;
     let evidence = Evidence {
         said: Reasons::NONE,
         found: true,
         detected: selection.is_some(),
         line: class,
-        drift: (moving || bends).then(|| FrequencyDrift::from_fit(fit, N, noise)),
+        drift: (moving || seen).then(|| FrequencyDrift::from_fit(fit, N, noise)),
         image,
         front_end,
         gap: stamp.gap,
