@@ -33,7 +33,8 @@ pub struct Evidence {
     pub detected: bool,
     /// The line's class, by the fit's residual.
     pub line: LineClass,
-    /// The rise of the frequency within the record, where the line's class is [`LineClass::Moving`], and on a ramp.
+    /// The rise of the frequency within the record, where the line's class is [`LineClass::Moving`], and on a ramp by float
+    /// arithmetic.
     pub drift: Option<FrequencyDrift>,
     /// An I/Q record has too strong a line at minus the frequency.
     pub image: bool,

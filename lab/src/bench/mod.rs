@@ -99,11 +99,9 @@ impl Engine {
             // The crate's one table: a quarter of a sine for 4096 points, without 0.
             return 4 * (4096 / 4 - 1);
         }
-        let long = *self == ENGINES[0];
-        let fine = if long { twiddle::fine_passes(n / 2) } else { &[] };
+        let fine = twiddle::fine_passes(n / 2);
         let short = if fine.is_empty() { twiddle::passes(n / 2) } else { &[] };
-        let sines = if long { twiddle::sines(n) } else { &[] };
-        let splits = size_of_val(twiddle::splits(n)) + size_of_val(sines);
+        let splits = size_of_val(twiddle::splits(n)) + size_of_val(twiddle::sines(n));
         (size_of_val(short) + size_of_val(fine) + splits) as u64
     }
 }

@@ -16,7 +16,7 @@ use picket_dsp::acquire::kind::{ForRecord, for_record};
 use picket_dsp::acquire::sample::Record;
 use picket_dsp::plan::Plan;
 use picket_dsp::spectrum::Spectrum;
-use picket_dsp::spectrum::engine::{Engine, I32};
+use picket_dsp::spectrum::engine::I32;
 use picket_dsp::spectrum::fft::twiddle::MAX_LENGTH;
 use picket_dsp::spectrum::peak;
 use picket_firmware::mps2::count::count;
@@ -42,15 +42,14 @@ const WHOLE: u32 = 2_000;
 struct Kernels(Playback);
 
 /// Counts the transform of a block, the search for its peak, and both.
-fn count_stages<R: Record, const N: usize, E: Engine>(
-    spectrum: &mut Spectrum<R, N, E>,
+fn count_stages<R: Record, const N: usize>(
+    spectrum: &mut Spectrum<R, N, I32>,
     samples: &[R::Sample; N],
     plan: &Plan<R, N>,
-    [fft, peak, both]: [&str; 3],
 ) {
-    count(fft, || spectrum.transform(samples, plan.codes));
-    count(peak, || peak::find(spectrum, plan.band));
-    count(both, || {
+    count("fft", || spectrum.transform(samples, plan.codes));
+    count("peak", || peak::find(spectrum, plan.band));
+    count("fft_peak", || {
         spectrum.transform(samples, plan.codes);
         peak::find(spectrum, plan.band)
     });
@@ -74,7 +73,7 @@ impl ForRecord for Kernels {
                 decode::<R>(bytes, &mut samples);
             }
             let samples = black_box(&samples);
-            count_stages(&mut spectrum, samples, &plan, ["fft", "peak", "fft_peak"]);
+            count_stages(&mut spectrum, samples, &plan);
             equality.compare(samples, plan.codes);
         }
         equality.whole = WHOLE;
