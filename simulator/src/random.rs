@@ -22,6 +22,49 @@ pub fn walk(times: &[f64], step: f64, mut normal: impl FnMut() -> f64) -> Vec<f6
     walked
 }
 
+/// A Wiener process between two times, in cycles or in whatever its deviation has, at any time in between.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Wander {
+    from_s: f64,
+    step_s: f64,
+    /// Its values, a step apart.
+    walked: Vec<f64>,
+    /// How far it is beside the straight line from each value to the next, normal numbers.
+    beside: Vec<f64>,
+}
+
+impl Wander {
+    /// Between two times, in steps of a sample. Its standard deviation grows by `deviation` with the root of the time in seconds.
+    pub fn new(
+        span_s: (f64, f64),
+        rate_hz: f64,
+        deviation: f64,
+        mut normal: impl FnMut() -> f64,
+    ) -> Self {
+        let count = libm::ceil((span_s.1 - span_s.0) * rate_hz) as usize + 2;
+        let (step_s, mut place) = (1.0 / rate_hz, 0.0);
+        let step = deviation * libm::sqrt(step_s);
+        let (mut walked, mut beside) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        for _ in 0..count {
+            walked.push(place);
+            place += step * normal();
+            beside.push(step * normal());
+        }
+        Wander { from_s: span_s.0, step_s, walked, beside }
+    }
+
+    /// Its value at a time. Between two steps it is a Brownian bridge, whose variance is that of the walk.
+    pub fn at(&self, time_s: f64) -> f64 {
+        let place = ((time_s - self.from_s) / self.step_s).max(0.0);
+        let (whole, share) = (place as usize, place - libm::floor(place));
+        let value =
+            |index: usize| self.walked.get(index).or(self.walked.last()).copied().unwrap_or(0.0);
+        let bridge =
+            self.beside.get(whole).copied().unwrap_or(0.0) * libm::sqrt(share * (1.0 - share));
+        value(whole) + share * (value(whole + 1) - value(whole)) + bridge
+    }
+}
+
 /// The complex envelope of an echo from a rough surface that moves across a Gaussian beam: the sum of many scatterers, each of which is
 /// lit while it crosses. Its mean power is 1, its spectrum Gaussian.
 #[derive(Clone, Debug, PartialEq)]

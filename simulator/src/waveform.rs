@@ -60,15 +60,26 @@ impl Waveform {
 
     /// The chirp that a configuration describes, each `period_s` seconds, or without a pause where that is less.
     pub fn chirp(chirp: &Chirp, period_s: f64) -> Self {
-        let Chirp { bandwidth_hz, duration_s, sweep_curvature, .. } = *chirp;
         let low = SPEED_OF_LIGHT / chirp.wavelength_m;
+        let band = (low, chirp.bandwidth_hz);
+        Self::ramps(chirp.shape, band, chirp.duration_s, chirp.sweep_curvature, period_s)
+    }
+
+    /// Ramps of this shape from the lower end of a band, whose middle lies above a straight line by a share of the bandwidth.
+    pub(crate) fn ramps(
+        shape: Shape,
+        (low, bandwidth_hz): (f64, f64),
+        duration_s: f64,
+        curvature: f64,
+        period_s: f64,
+    ) -> Self {
         let high = low + bandwidth_hz;
-        let (slope, e) = (bandwidth_hz / duration_s, 4.0 * sweep_curvature);
+        let (slope, e) = (bandwidth_hz / duration_s, 4.0 * curvature);
         let bend = -e * slope / duration_s;
         let up = Segment { start_hz: low, slope: slope * (1.0 + e), bend, duration_s };
         let down = Segment { start_hz: high, slope: -slope * (1.0 - e), bend, duration_s };
         let flat = Segment::steady(high, duration_s);
-        let segments = match chirp.shape {
+        let segments = match shape {
             Shape::Trapezoid => vec![up, flat, down],
             Shape::Triangle => vec![up, down],
             Shape::Sawtooth => vec![up],

@@ -1,0 +1,202 @@
+//! Scenes against the textbooks' formulas, which the simulator does not know, and against what they say of themselves.
+
+use picket_simulator::scene::{Change, Density, Receiver, Source, Tone, Waveform};
+use picket_simulator::{Scene, Value};
+use std::f64::consts::TAU;
+
+const C: f64 = 299_792_458.0;
+
+fn tone(frequency_hz: f64, amplitude: f64) -> Tone {
+    Tone { frequency_hz: frequency_hz.into(), amplitude: Some(amplitude.into()), ..Tone::default() }
+}
+
+/// Power of a record at a frequency, over that of the record: the squared magnitude of its correlation.
+fn power(record: &[[f64; 2]], turns_per_sample: f64) -> f64 {
+    let (mut re, mut im) = (0.0, 0.0);
+    for (index, [i, q]) in record.iter().enumerate() {
+        let (sin, cos) = (TAU * turns_per_sample * index as f64).sin_cos();
+        re += i * cos + q * sin;
+        im += q * cos - i * sin;
+    }
+    (re * re + im * im) / (record.len() as f64).powi(2)
+}
+
+const CAR: &str = r#"{"rate_hz": 20000, "seconds": 8, "waveform": {"carrier_hz": 24.125e9},
+    "sources": [{"target": {"range_m": 90, "velocity_mps": [[0, 20], [2, 20], [6, 0]], "amplitude": 400}}],
+    "receiver": {"iq": true, "mixing": "rx-conj-tx", "quadrature_rad": 0.03, "gain_error": 0.02,
+                 "hum": [{"frequency_hz": 50, "amplitude": 30}]}}"#;
+
+#[test]
+fn a_car_that_brakes_has_its_doppler_shift_and_a_receivers_faults() {
+    let scene = Scene::from_json(CAR).unwrap();
+    let mut run = scene.run(0).unwrap();
+    for (time_s, speed) in [(0.5, 20.0), (4.0, 10.0), (7.0, 0.0)] {
+        let truth = run.truth(0, time_s, 200);
+        let doppler_hz = 2.0 * speed * 24.125e9 / C;
+        // In 10 ms it brakes by .05 m/s, which are 8 Hz.
+        assert!((truth.frequency_hz - doppler_hz).abs() < 9.0, "{truth:?}");
+        assert!((truth.velocity_mps.unwrap() - speed).abs() < 0.06);
+    }
+    let stands = run.truth(0, 7.0, 200).range_m.unwrap();
+    assert!((stands - (90.0 - 2.0 * 20.0 - 40.0)).abs() < 1e-6, "{stands}");
+    // A second of steady speed: the image is as weak as gain and phase are wrong, the hum 22 dB below.
+    let record = run.voltages(0.5, 20_000);
+    let hz = 2.0 * 20.0 * 24.125e9 / C / 20e3;
+    let ratio = (power(&record, -hz) / power(&record, hz)).sqrt();
+    assert!((ratio - 0.5 * 0.02f64.hypot(0.03)).abs() < 5e-4, "{ratio}");
+    let hum = power(&record, 50.0 / 20e3).sqrt();
+    assert!((hum - 15.0).abs() < 1.0, "{hum}");
+}
+
+#[test]
+fn two_particles_in_a_flow_that_reverses() {
+    let scene = Scene::from_json(
+        r#"{"rate_hz": 4e6, "seconds": 0.02,
+            "sources": [{"particles": {"amplitude": 300, "shift_hz": 1e6, "velocity_mps": [[0, 2], [0.02, -2]],
+                "at": [{"middle_s": 0.004, "velocity_mps": 1.2}, {"middle_s": 0.00405, "velocity_mps": 1.2, "level_db": -6}]}}]}"#,
+    );
+    let mut run = scene.unwrap().run(0).unwrap();
+    assert_eq!(run.particles(0).len(), 2);
+    // A quarter of a million fringes a second at 1 m/s, and the shift.
+    let hertz = 1e6 + 1.2 / 4e-6;
+    let record = run.voltages(0.004 - 1e-4, 800);
+    let at = |hz: f64| power(&record, hz / 4e6);
+    let best = (-300..300)
+        .map(|step| hertz + 100.0 * f64::from(step))
+        .max_by(|a, b| at(*a).total_cmp(&at(*b)));
+    assert!((best.unwrap() - hertz).abs() < 2500.0, "{best:?}");
+    // On a pedestal: light is never negative, and most of it is below the fringes' frequency.
+    assert!(record.iter().all(|[light, _]| *light >= 0.0) && at(0.0) > at(hertz));
+    // The flow carries them back at the other end of its course.
+    let later = run.voltages(0.016 - 1e-4, 800);
+    assert!(later.iter().any(|[light, _]| *light > 100.0));
+    let between = run.voltages(0.010, 400);
+    assert!(between.iter().all(|[light, _]| *light < 1.0));
+}
+
+#[test]
+fn noise_has_the_power_and_the_density_that_are_stated() {
+    for shape in [
+        vec![],
+        vec![Density::Slope { rise_db: (-20.0).into() }],
+        vec![Density::Points { points: vec![[0.0, 0.0], [64.0, 20.0]] }],
+    ] {
+        let mut scene = Scene { seed: 3, rate_hz: 256.0, seconds: 64.0, ..Scene::default() };
+        scene.receiver.noise.rms = Some(10.0.into());
+        scene.receiver.noise.shape = shape;
+        let mut run = scene.run(0).unwrap();
+        let record = run.voltages(0.0, 64 * 256);
+        let mean = record.iter().map(|[x, _]| x * x).sum::<f64>() / record.len() as f64;
+        assert!((mean / 100.0 - 1.0).abs() < 0.1, "{mean}");
+        for hz in [20.0, 100.0] {
+            let near =
+                (0..400).map(|step| power(&record, (hz + 0.02 * f64::from(step - 200)) / 256.0));
+            let density = near.sum::<f64>() / 400.0 * record.len() as f64 / 100.0;
+            assert!((density / run.dense(hz) - 1.0).abs() < 0.2, "{hz}: {density}");
+        }
+    }
+}
+
+#[test]
+fn a_run_depends_on_seed_and_trial_alone() {
+    let mut scene = Scene::from_json(CAR).unwrap();
+    scene.seconds = 0.1;
+    scene.receiver.noise.rms = Some(20.0.into());
+    let codes = |seed: u64, trial: u64| Scene { seed, ..scene.clone() }.codes(trial).unwrap();
+    assert_eq!(codes(1, 7), codes(1, 7));
+    assert!(codes(1, 7) != codes(1, 8) && codes(1, 7) != codes(2, 7));
+    // A further source changes nothing of the others.
+    let mut more = scene.clone();
+    more.sources.push(Source::Tone(tone(1e3, 0.0)));
+    assert_eq!(more.codes(3).unwrap(), scene.codes(3).unwrap());
+    assert_eq!(
+        serde_json::from_str::<Scene>(&serde_json::to_string(&scene).unwrap()).unwrap(),
+        scene
+    );
+}
+
+#[test]
+fn changes_of_a_tone_are_what_they_say() {
+    let run = |changes: Vec<Change>| {
+        let source = Source::Tone(Tone { changes, ..tone(100.0, 1000.0) });
+        Scene { rate_hz: 1024.0, seconds: 1.0, sources: vec![source], ..Scene::default() }
+            .run(0)
+            .unwrap()
+    };
+    let value = |x: f64| Value::Fixed(x);
+    let chirp =
+        run(vec![Change::Chirp { hz_per_s: value(4.0), at_s: value(0.5) }]).truth(0, 0.0, 1024);
+    assert!((chirp.frequency_hz - 100.0).abs() < 0.01 && (chirp.mean_hz - 100.0).abs() < 1e-9);
+    let step = run(vec![Change::Jump { turns: value(0.1), hz: value(2.0), at_s: value(0.25) }])
+        .truth(0, 0.0, 1024);
+    assert!((step.mean_hz - 101.5).abs() < 1e-9 && step.nominal_hz == 100.0, "{step:?}");
+    let mut on = run(vec![Change::On { from_s: value(0.25), for_s: value(0.5) }]);
+    let record = on.voltages(0.0, 1024);
+    let loud = |range: std::ops::Range<usize>| record[range].iter().any(|[x, _]| x.abs() > 500.0);
+    assert!(!loud(0..256) && loud(256..768) && !loud(768..1024));
+}
+
+#[test]
+fn records_lie_in_the_segments() {
+    let waveform: Waveform = serde_json::from_str(
+        r#"{"shape": "trapezoid", "carrier_hz": 24e9, "bandwidth_hz": 2e8, "ramp_s": 1e-3, "period_s": 5e-3, "guard_s": 1e-4, "samples": 256}"#,
+    )
+    .unwrap();
+    let target =
+        serde_json::from_str(r#"{"target": {"range_m": 30, "velocity_mps": 3, "amplitude": 500}}"#)
+            .unwrap();
+    let receiver = Receiver { iq: true, ..Receiver::default() };
+    let scene = Scene {
+        rate_hz: 400e3,
+        seconds: 20e-3,
+        waveform: Some(waveform),
+        sources: vec![target],
+        receiver,
+        ..Scene::default()
+    };
+    assert_eq!(scene.records(256), 12);
+    assert!((scene.start_s(4, 256) - 6.1e-3).abs() < 1e-12);
+    let run = scene.run(0).unwrap();
+    let beats = [0, 1, 2].map(|index| run.truth(0, scene.start_s(index, 256), 256).frequency_hz);
+    let (range, shift) = (2e8 / 1e-3 * 60.0 / C, 2.0 * 3.0 * 24e9 / C);
+    for (beat, wanted) in beats.into_iter().zip([range - shift, -shift, -range - shift]) {
+        assert!((beat - wanted).abs() < 20.0, "{beat}, not {wanted}");
+    }
+}
+
+#[test]
+fn what_cannot_be_is_said() {
+    for (json, said) in [
+        (r#"{"rate_hz": 0, "seconds": 1}"#, "rate_hz: give a number above 0"),
+        (
+            r#"{"rate_hz": 1, "seconds": 1, "sources": [{"target": {"amplitude": 1}}]}"#,
+            "sources[0]: nothing is sent",
+        ),
+        (r#"{"rate_hz": 1, "seconds": 1, "sources": [{"tone": {}}]}"#, "give its amplitude"),
+        (
+            r#"{"rate_hz": 1, "seconds": 1, "sources": [{"tone": {"amplitude": [[0, 1], [1, 2]]}}]}"#,
+            "does not change with time",
+        ),
+        (
+            r#"{"rate_hz": 1, "seconds": 1, "sources": [{"tone": {"amplitude": [5, 2]}}]}"#,
+            "amplitude",
+        ),
+        (r#"{"rate_hz": 1, "seconds": 1, "converter": {"bits": 20}}"#, "bits: give 2 to 16"),
+        (r#"{"rate_hz": 1e6, "seconds": 1e6}"#, "more than 1e9 samples"),
+        (
+            r#"{"rate_hz": 1, "seconds": 1, "receiver": {"noise": {"snr_db": 3}}}"#,
+            "snr_db is that of a source",
+        ),
+        (
+            r#"{"rate_hz": 1, "seconds": 1, "sources": [{"tone": {"frequncy_hz": 2}}]}"#,
+            "unknown field `frequncy_hz`",
+        ),
+        (
+            r#"{"rate_hz": 1, "seconds": 1, "sources": [{"tone": {"amplitude": "big"}}]}"#,
+            "expected a number",
+        ),
+    ] {
+        let error = Scene::from_json(json).and_then(|scene| scene.run(0).map(|_| ())).unwrap_err();
+        assert!(error.contains(said), "{error}");
+    }
+}
