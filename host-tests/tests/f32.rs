@@ -1,16 +1,14 @@
-//! The float engine: its error, its extremes, and the tones found with it.
+//! The float engine: its error, its extremes, and its bits.
 
 use crate::each_length;
 use crate::fft::{least_ratios, worst_by};
-use crate::signal::{Kind, anywhere, error, mean, measure_by, rng, trials};
-use crate::trust::noise_and_sigma_by;
+use crate::signal::{Kind, rng};
 use host_tests::prepare_images;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::{Iq, Real};
 use picket_dsp::config::Config;
 use picket_dsp::spectrum::Spectrum;
 use picket_dsp::spectrum::engine::F32;
-use picket_dsp::tone::Verdict;
 use picket_host::emulator::Capture;
 use picket_host::toolchain::Target;
 use picket_lab::bench::{self, CORES, Core, FLOAT, Scope};
@@ -43,70 +41,6 @@ fn check_extremes<const N: usize>() {
 fn no_extreme_overflows() {
     println!("seed 7");
     each_length!(check_extremes);
-}
-
-/// What [`found`] saw of many tones.
-struct Found {
-    /// The mean of `(error / sigma)^2`.
-    square: f64,
-    /// The share with a good verdict.
-    good: f64,
-    /// The largest error in bins.
-    worst: f64,
-}
-
-/// Tones in noise of half a code, at full scale and 40 dB below.
-fn found<R: Kind, const N: usize>(name: &str, amplitude: f64) -> Found {
-    const SEED: u64 = 1500;
-    let seen = trials(SEED, 1000, |rng| {
-        let line = anywhere::<R, N>(rng, amplitude);
-        let tone = measure_by::<R, N, F32>(&R::record::<N>(rng, &[line], 0.5));
-        let verdict = matches!(tone.verdict, Verdict::Good | Verdict::NearEdge);
-        (error::<R, N>(&tone, line.bins), f64::from(tone.sigma) * N as f64, verdict)
-    });
-    let square = mean(seen.iter().map(|t| (t.0 / t.1).powi(2)));
-    let worst = seen.iter().map(|t| t.0.abs()).fold(0.0, f64::max);
-    let good = mean(seen.iter().map(|t| f64::from(t.2)));
-    let sigma = mean(seen.iter().map(|t| t.1));
-    println!(
-        "{name}, {N}, seed {SEED}: (error/sigma)^2 {square:.3}, sigma {sigma:.1e} bins, good {good:.3}, worst {worst:.1e}"
-    );
-    Found { square, good, worst }
-}
-
-/// Each is found where it is, and sigma holds for its errors.
-fn check_sigma<R: Kind, const N: usize>(name: &str, amplitude: f64) {
-    let Found { square, good, worst } = found::<R, N>(name, amplitude);
-    assert!(good > 0.99 && worst < 0.01 && (0.88..=1.15).contains(&square), "{name}");
-}
-
-#[test]
-fn tones_are_found_with_the_right_sigma() {
-    for (name, amplitude) in [("0 dBFS", 2044.0), ("-40 dBFS", 20.47)] {
-        check_sigma::<Real, 256>(name, amplitude);
-        check_sigma::<Real, 1024>(name, amplitude);
-        check_sigma::<Real, 4096>(name, amplitude);
-        check_sigma::<Iq, 256>(name, amplitude);
-        check_sigma::<Iq, 1024>(name, amplitude);
-    }
-}
-
-/// As the default engine's, in `trust`: no bias of the noise, and sigma right. Long records have the noise from second differences
-/// of the bins, short ones from the bins themselves.
-#[test]
-fn noise_and_sigma_are_right() {
-    for snr_db in [10.0, 30.0, 60.0] {
-        noise_and_sigma_by::<Real, 256, F32>(None, snr_db);
-        noise_and_sigma_by::<Real, 1024, F32>(None, snr_db);
-        noise_and_sigma_by::<Real, 4096, F32>(None, snr_db);
-        noise_and_sigma_by::<Iq, 256, F32>(None, snr_db);
-        noise_and_sigma_by::<Iq, 1024, F32>(None, snr_db);
-    }
-    // From 2 dB above the threshold, and noise below a code.
-    noise_and_sigma_by::<Real, 1024, F32>(None, -8.4);
-    noise_and_sigma_by::<Real, 4096, F32>(None, -14.2);
-    noise_and_sigma_by::<Real, 1024, F32>(Some(0.3), 60.0);
-    noise_and_sigma_by::<Real, 1024, F32>(Some(0.3), 10.0);
 }
 
 /// Random records of every strength: their bins by the counting image, to the last bit.

@@ -13,10 +13,8 @@ use picket_dsp::spectrum::peak::{self, Band};
 use picket_dsp::tone::arithmetic::Arithmetic;
 use picket_dsp::tone::fit::{FitStart, Reach, fit, fit_near, least_squares, least_squares_real};
 use picket_dsp::tone::noise::ring;
-use picket_dsp::tone::sigma::sigma_bins;
 use picket_transform::Transform;
 use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -170,134 +168,6 @@ fn target_offset<R: Kind, const N: usize>(case: &Case) -> f64 {
         .unwrap()
         .offset
         .into()
-}
-
-/// What a trial in the target's arithmetic gives, errors in bins.
-struct Outcome {
-    error: f64,
-    bound: f64,
-    sigma: f64,
-}
-
-fn trial<R: Kind, const N: usize>(rng: &mut ChaCha8Rng, reach: Reach, snr_db: f64) -> Outcome {
-    let amplitude = amplitude(snr_db);
-    let sigma = sigma(amplitude, snr_db);
-    let peaks = if R::IQ { 2..N as i32 - 1 } else { 2..N as i32 / 2 - 1 };
-    let bins = f64::from(rng.random_range(peaks)) + rng.random_range(-0.5..0.5);
-    let line = Line { bins, amplitude, phase: rng.random_range(0.0..TAU) };
-    let samples = R::record::<N>(rng, &[line], sigma);
-    let mut spectrum = Spectrum::<R, N>::new();
-    spectrum.transform(&samples, CODES);
-    let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
-    let peak = peak::find(&spectrum, band).unwrap();
-    let fit =
-        fit::<f32, R>(&Bins::from_spectrum(&spectrum, peak.bin), reach, FitStart::Usual).unwrap();
-    let noise = ring::beside::<R, N>(
-        &Neighbourhood::read(&spectrum, peak.bin, &mut Places::new()),
-        &fit,
-        Arithmetic::Float,
-    )
-    .noise
-    .power;
-    let error = f64::from(peak.bin) + f64::from(fit.offset) - bins;
-    let error =
-        if R::IQ { (error + N as f64 / 2.0).rem_euclid(N as f64) - N as f64 / 2.0 } else { error };
-    Outcome {
-        error,
-        bound: R::bound(N, line, sigma.hypot((1.0f64 / 12.0).sqrt())),
-        sigma: sigma_bins(&fit, N, noise).into(),
-    }
-}
-
-/// One cell of the table: prints its figures and gives the ratio to the bound, and the mean of
-/// (error/sigma)^2.
-fn cell<R: Kind, const N: usize>(reach: Reach, snr_db: f64, count: u64) -> (Ratio, f64) {
-    let seed = (4000.0 + snr_db * 10.0) as u64;
-    let seen = trials(seed, count, |rng| trial::<R, N>(rng, reach, snr_db));
-    let to_bound = ratio(&seen.iter().map(|o| (o.error, o.bound)).collect::<Vec<_>>());
-    let to_sigma = ratio(&seen.iter().map(|o| (o.error, o.sigma)).collect::<Vec<_>>()).rms.powi(2);
-    let kind = if R::IQ { "I/Q" } else { "real" };
-    println!(
-        "{kind} N {N}, {reach:?}, {snr_db:.1} dB, {count} trials, seed {seed}: {:.3} +- {:.3} x bound, \
-         outliers {:.4}, (error/sigma)^2 {to_sigma:.3}",
-        to_bound.rms, to_bound.error, to_bound.outliers
-    );
-    (to_bound, to_sigma)
-}
-
-/// numerics.md 6.3 and the issue's bar, and trust.md 2, from 2 dB above the SNR where one record in
-/// 10^4 is an outlier, to 60 dB: in the target's arithmetic on 12-bit samples, offset uniform, real
-/// peaks at bins 2..=N/2-2. The bound is the exact one for each trial's frequency and phase, as near
-/// DC and Nyquist the asymptotic one does not hold; rounding to codes counts as noise.
-fn bar<R: Kind, const N: usize>(reach: Reach, threshold_db: f64, most: f64) {
-    let all = [threshold_db + 2.0, 20.0, 60.0, threshold_db + 8.0, 40.0];
-    // The short form has the ends and the middle.
-    for &snr_db in &all[..sized(3, 5) as usize] {
-        let count = if N == 4096 { sized(1000, 3000) } else { sized(2000, 6000) };
-        let (to_bound, to_sigma) = cell::<R, N>(reach, snr_db, count);
-        assert!(to_bound.rms - 2.0 * to_bound.error <= most);
-        assert!(to_bound.outliers <= 1e-3);
-        assert!((0.88..=1.15).contains(&to_sigma));
-    }
-}
-
-/// numerics.md 6.1 and 6.2: the lidar paper's table 2 (250 MS/s, 15.625 MHz, 1024 samples, -10 dB), 15
-/// points across one bin, RMSE in hertz.
-#[test]
-fn table_2_of_the_lidar_paper() {
-    fn rmse<R: Kind>(reach: Reach) -> (f64, f64) {
-        let (amplitude, per_bin) = (amplitude(-10.0), 250e6 / 1024.0);
-        let squares: Vec<_> = (0..15)
-            .flat_map(|point| {
-                let bins = 64.0 + f64::from(point) / 15.0 - 0.5;
-                trials(100 + point as u64, 2000, |rng| {
-                    let line = Line { bins, amplitude, phase: rng.random_range(0.0..TAU) };
-                    let samples = R::record::<1024>(rng, &[line], sigma(amplitude, -10.0));
-                    let mut spectrum = Spectrum::<R, 1024>::new();
-                    spectrum.transform(&samples, CODES);
-                    let band = if R::IQ { Band::iq(1024) } else { Band::real(1024) };
-                    let peak = peak::find(&spectrum, band).unwrap().bin;
-                    let fit = fit::<f32, R>(
-                        &Bins::from_spectrum(&spectrum, peak),
-                        reach,
-                        FitStart::Usual,
-                    );
-                    f64::from(peak) + f64::from(fit.unwrap().offset) - bins
-                })
-            })
-            .collect();
-        let kept: Vec<_> = squares.iter().filter(|e| e.abs() <= 1.5).collect();
-        let rms = (kept.iter().map(|e| *e * *e).sum::<f64>() / kept.len() as f64).sqrt();
-        (rms * per_bin, 1.0 - kept.len() as f64 / squares.len() as f64)
-    }
-    for (name, (hertz, outliers), most) in [
-        ("real, eight", rmse::<Real>(Reach::Eight), 14300.0),
-        ("real, sixteen", rmse::<Real>(Reach::Sixteen), 14150.0),
-        ("I/Q, sixteen", rmse::<Iq>(Reach::Sixteen), 9850.0),
-    ] {
-        println!("{name}, seeds 100..=114: {hertz:.0} Hz, outliers {outliers:.5}");
-        assert!(hertz <= most && outliers <= 1e-3);
-    }
-}
-
-#[test]
-fn real_reaches_the_bound() {
-    bar::<Real, 256>(Reach::Sixteen, -4.6, 1.035);
-    bar::<Real, 1024>(Reach::Sixteen, -10.4, 1.035);
-    bar::<Real, 4096>(Reach::Sixteen, -16.2, 1.035);
-    bar::<Real, 256>(Reach::Eight, -4.6, 1.05);
-    bar::<Real, 1024>(Reach::Eight, -10.4, 1.05);
-    bar::<Real, 4096>(Reach::Eight, -16.2, 1.05);
-}
-
-#[test]
-fn iq_reaches_the_bound() {
-    bar::<Iq, 256>(Reach::Sixteen, -7.6, 1.035);
-    bar::<Iq, 1024>(Reach::Sixteen, -13.3, 1.035);
-    bar::<Iq, 4096>(Reach::Sixteen, -19.1, 1.035);
-    bar::<Iq, 256>(Reach::Eight, -7.6, 1.05);
-    bar::<Iq, 1024>(Reach::Eight, -13.3, 1.05);
-    bar::<Iq, 4096>(Reach::Eight, -19.1, 1.05);
 }
 
 /// The sums in integers against those in `f32`, on the same bins: offset in bounds, rms and worst, and

@@ -1,0 +1,270 @@
+//! What must come out of a case, and whether chance explains what came out.
+
+use crate::seen::{Seen, Trial};
+use picket_dsp::{Usable, Verdict};
+use statrs::distribution::{Binomial, ChiSquared, ContinuousCDF, DiscreteCDF};
+
+/// How likely a claim that is just true fails by chance: of 400 cases one in 10^4 runs.
+pub const RISK: f64 = 2.5e-7;
+
+/// What may be the case with an answer or a trial.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Event {
+    /// It may be used within sigma.
+    Usable,
+    /// It may not.
+    Refused,
+    /// It is `good`.
+    Good,
+    /// It has one of these verdicts.
+    Is(&'static [Verdict]),
+    /// It may be used and is so many sigmas off or more: of the usable ones.
+    Off(f64),
+    /// It may be used and is so many sigmas off or more: of all.
+    Wrong(f64),
+    /// It may not be used, and is within five bounds of the truth.
+    RefusedThoughRight,
+    /// It is within so many sigmas, of the usable ones.
+    Within(f64),
+    /// Its ratio of signal to noise is within so many dB, of the usable ones.
+    SnrWithin(f64),
+    /// It is another line: more than a bin and a half off.
+    Elsewhere,
+    /// It is `ambiguous`, and none of its candidates is within so many sigmas.
+    Unlisted(f64),
+    /// A line was found, whatever else is said of it.
+    Found,
+    /// A trial has as many answers as sources, each where one is.
+    RightNumber,
+    /// A trial has an answer without a source.
+    More,
+}
+
+/// What must come out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Asked {
+    /// A share.
+    Share {
+        /// Of what.
+        of: Event,
+        /// At least.
+        least: f64,
+        /// At most.
+        most: f64,
+    },
+    /// The mean of (error / sigma)^2 of the usable answers.
+    Square {
+        /// 0 for frequency or range, 1 for phase or velocity.
+        quantity: usize,
+        /// At least.
+        least: f64,
+        /// At most.
+        most: f64,
+    },
+    /// The root mean square of the error over its bound.
+    OverBound {
+        /// 0 for frequency, 1 for phase.
+        quantity: usize,
+        /// At most.
+        most: f64,
+    },
+    /// The root mean square of the error of a tone's frequency, bins.
+    Rms {
+        /// At most.
+        most: f64,
+    },
+    /// The mean of the ratio of signal to noise beside the truth, dB: at most so much either way.
+    Snr {
+        /// At most.
+        most_db: f64,
+    },
+    /// The median of sigma over the bound.
+    Sigma {
+        /// At most.
+        most: f64,
+    },
+}
+
+/// What came out, beside what was asked.
+#[derive(Clone, Debug)]
+pub struct Judged {
+    /// What was asked.
+    pub asked: String,
+    /// What was seen.
+    pub seen: String,
+    /// The value.
+    pub value: f64,
+    /// Whether chance explains it.
+    pub holds: bool,
+}
+
+fn usable(seen: &Seen) -> bool {
+    seen.verdict.usable() <= Usable::WithinSigma
+}
+
+/// Answers that are another line, or none, have no error.
+fn near(seen: &&Seen) -> bool {
+    usable(seen) && (seen.bins.is_nan() || seen.bins.abs() <= 1.5)
+}
+
+impl Event {
+    /// Of how many, and how many of them.
+    fn count(self, trials: &[Trial]) -> (u64, u64) {
+        let all = || trials.iter().flat_map(|trial| &trial.seen);
+        let of = |among: &dyn Fn(&Seen) -> bool, is: &dyn Fn(&Seen) -> bool| {
+            let among: Vec<&Seen> = all().filter(|seen| among(seen)).collect();
+            (among.len() as u64, among.iter().filter(|seen| is(seen)).count() as u64)
+        };
+        let any = |_: &Seen| true;
+        match self {
+            Event::Usable => of(&any, &usable),
+            Event::Refused => of(&any, &|seen| !usable(seen)),
+            Event::Good => of(&any, &|seen| seen.verdict == Verdict::Good),
+            Event::Is(verdicts) => of(&any, &|seen| verdicts.contains(&seen.verdict)),
+            Event::Off(sigmas) => of(&usable, &|seen| seen.worst() > sigmas),
+            Event::Wrong(sigmas) => of(&any, &|seen| usable(seen) && seen.worst() > sigmas),
+            Event::RefusedThoughRight => {
+                of(&any, &|seen| !usable(seen) && seen.over_bound[0].abs() < 5.0)
+            }
+            Event::Within(sigmas) => of(&|seen| near(&seen), &|seen| seen.worst() <= sigmas),
+            Event::SnrWithin(db) => of(&|seen| near(&seen), &|seen| seen.snr_db.abs() <= db),
+            Event::Elsewhere => of(&any, &|seen| seen.bins.is_nan() || seen.bins.abs() > 1.5),
+            Event::Unlisted(sigmas) => of(&any, &|seen| {
+                seen.verdict == Verdict::Ambiguous && seen.candidate.is_none_or(|off| off > sigmas)
+            }),
+            Event::Found => of(&any, &|seen| seen.verdict < Verdict::Weak),
+            Event::RightNumber => {
+                let right = trials.iter().filter(|trial| trial.missing == 0 && trial.more == 0);
+                (trials.len() as u64, right.count() as u64)
+            }
+            Event::More => {
+                (trials.len() as u64, trials.iter().filter(|trial| trial.more > 0).count() as u64)
+            }
+        }
+    }
+}
+
+impl Asked {
+    /// Whether the bound of each record is needed.
+    pub(crate) const fn needs_bound(&self) -> bool {
+        matches!(
+            self,
+            Asked::OverBound { .. }
+                | Asked::Sigma { .. }
+                | Asked::Share { of: Event::RefusedThoughRight, .. }
+        )
+    }
+
+    /// What came out of these trials.
+    pub fn judge(&self, trials: &[Trial]) -> Judged {
+        let near: Vec<&Seen> = trials.iter().flat_map(|trial| &trial.seen).filter(near).collect();
+        let count = near.len() as f64;
+        match *self {
+            Asked::Share { of, least, most } => {
+                let (all, seen) = of.count(trials);
+                let share = seen as f64 / all as f64;
+                // As many or more at the most that is allowed, as many or fewer at the least.
+                let more = seen == 0 || tail(all, most, |law| 1.0 - law.cdf(seen - 1), most < 1.0);
+                let fewer = tail(all, least, |law| law.cdf(seen), least > 0.0);
+                let asked = match (least, most) {
+                    (0.0, most) => format!("{of:?} <= {most}"),
+                    (least, 1.0) => format!("{of:?} >= {least}"),
+                    (least, most) => format!("{of:?} {least} to {most}"),
+                };
+                let holds = all > 0 && more && fewer;
+                Judged { asked, seen: format!("{seen} of {all}"), value: share, holds }
+            }
+            Asked::Square { quantity, least, most } => {
+                let squares: f64 = near.iter().map(|seen| seen.off[quantity].powi(2)).sum();
+                let value = squares / count;
+                Judged {
+                    asked: format!("(error/sigma)^2 [{quantity}] {least} to {most}"),
+                    seen: format!("{value:.3} of {count}"),
+                    value,
+                    holds: chi_square(squares, count, least, most),
+                }
+            }
+            Asked::OverBound { quantity, most } => {
+                let squares: f64 = near.iter().map(|seen| seen.over_bound[quantity].powi(2)).sum();
+                let value = (squares / count).sqrt();
+                Judged {
+                    asked: format!("rms over bound [{quantity}] <= {most}"),
+                    seen: format!("{value:.3} of {count}"),
+                    value,
+                    holds: chi_square(squares, count, 0.0, most * most),
+                }
+            }
+            Asked::Rms { most } => {
+                let squares: f64 = near.iter().map(|seen| seen.bins * seen.bins).sum();
+                let value = (squares / count).sqrt();
+                Judged {
+                    asked: format!("rms <= {most:.5} bins"),
+                    seen: format!("{value:.5} of {count}"),
+                    value,
+                    holds: chi_square(squares / (most * most), count, 0.0, 1.0),
+                }
+            }
+            Asked::Snr { most_db } => {
+                let mean = near.iter().map(|seen| seen.snr_db).sum::<f64>() / count;
+                let variance =
+                    near.iter().map(|seen| (seen.snr_db - mean).powi(2)).sum::<f64>() / count;
+                // The normal distribution's 5 sigma have nearly this risk.
+                let chance = 5.0 * (variance / count).sqrt();
+                Judged {
+                    asked: format!("SNR within {most_db} dB"),
+                    seen: format!("{mean:+.3} dB of {count}"),
+                    value: mean,
+                    holds: mean.abs() <= most_db + chance,
+                }
+            }
+            Asked::Sigma { most } => {
+                let mut sigmas: Vec<f64> = near.iter().map(|seen| seen.sigma).collect();
+                sigmas.sort_by(f64::total_cmp);
+                let value = sigmas.get(sigmas.len() / 2).copied().unwrap_or(f64::NAN);
+                Judged {
+                    asked: format!("median sigma over bound <= {most}"),
+                    seen: format!("{value:.3} of {count}"),
+                    value,
+                    holds: value <= most,
+                }
+            }
+        }
+    }
+}
+
+/// Whether a count is not too unlikely where the share is `p`.
+fn tail(all: u64, p: f64, beyond: impl Fn(&Binomial) -> f64, asked: bool) -> bool {
+    !asked || Binomial::new(p.clamp(0.0, 1.0), all).is_ok_and(|law| beyond(&law) > RISK)
+}
+
+/// Whether a sum of so many squares may have a mean in these bounds.
+fn chi_square(sum: f64, count: f64, least: f64, most: f64) -> bool {
+    let Ok(law) = ChiSquared::new(count) else { return false };
+    let over = law.sf(sum / most) > RISK;
+    let under = least <= 0.0 || law.cdf(sum / least) > RISK;
+    count > 0.0 && sum.is_finite() && over && under
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is off by a factor of two is seen in a hundred trials; what is right is held.
+    #[test]
+    fn limits_tell_wrong_from_unlucky() {
+        assert!(chi_square(100.0, 100.0, 0.9, 1.1) && chi_square(150.0, 100.0, 0.9, 1.1));
+        assert!(!chi_square(400.0, 100.0, 0.9, 1.1) && !chi_square(25.0, 100.0, 0.9, 1.1));
+        let trial =
+            |verdict| Trial { seen: vec![Seen { verdict, ..Seen::NOTHING }], ..Trial::default() };
+        let trials = |good: usize| {
+            let good = (0..1000).map(move |i| if i < good { Verdict::Good } else { Verdict::Weak });
+            good.map(trial).collect::<Vec<_>>()
+        };
+        let asked = Asked::Share { of: Event::Good, least: 0.5, most: 1.0 };
+        assert!(asked.judge(&trials(500)).holds && asked.judge(&trials(450)).holds);
+        assert!(!asked.judge(&trials(400)).holds && !asked.judge(&[]).holds);
+        let asked = Asked::Share { of: Event::Good, least: 0.0, most: 0.001 };
+        assert!(asked.judge(&trials(0)).holds && asked.judge(&trials(5)).holds);
+        assert!(!asked.judge(&trials(15)).holds);
+    }
+}

@@ -1,0 +1,307 @@
+//! A trial: the records of a run of the scene, measured.
+
+use crate::bound::{self, Line};
+use crate::case::{Case, Engine, Path, Truths};
+use crate::seen::{Seen, Trial};
+use picket_dsp::config::Config;
+use picket_dsp::solve::track::State;
+use picket_dsp::spectrum::engine;
+use picket_dsp::{
+    Accumulator, Ambiguity, F32, I32, Iq, Outcome, Pipeline, Real, Record, Segment, Stamp, Target,
+    Tone, ToneWithPhase, Tracker, Verdict,
+};
+use picket_simulator::{Run, Truth};
+use std::f64::consts::TAU;
+
+/// A trial of a case.
+pub fn trial(case: &Case, number: u64) -> Trial {
+    let mut run = match case.scene.run(number) {
+        Ok(run) => run,
+        Err(error) => panic!("{}: {error}", case.label),
+    };
+    let mut trial = match (case.scene.receiver.iq, case.engine) {
+        (false, Engine::I32) => sized::<Real, I32>(case, &mut run),
+        (false, Engine::F32) => sized::<Real, F32>(case, &mut run),
+        (true, Engine::I32) => sized::<Iq, I32>(case, &mut run),
+        (true, Engine::F32) => sized::<Iq, F32>(case, &mut run),
+    };
+    if case.whatever {
+        trial.seen.iter_mut().for_each(|seen| seen.verdict = Verdict::Good);
+    }
+    trial
+}
+
+fn sized<R: Record, E: engine::Engine>(case: &Case, run: &mut Run) -> Trial {
+    match case.n {
+        64 => measured::<R, 64, E>(case, run),
+        256 => measured::<R, 256, E>(case, run),
+        512 => measured::<R, 512, E>(case, run),
+        1024 => measured::<R, 1024, E>(case, run),
+        4096 => measured::<R, 4096, E>(case, run),
+        n => panic!("{}: no records of {n} samples", case.label),
+    }
+}
+
+fn measured<R: Record, const N: usize, E: engine::Engine>(case: &Case, run: &mut Run) -> Trial {
+    let plan = match case.config.plan::<R, N>() {
+        Ok(plan) => plan,
+        Err(error) => panic!("{}: {error}", case.label),
+    };
+    let mut pipeline = Box::new(Pipeline::<R, N, E>::new(plan));
+    match case.path {
+        Path::Block => {
+            let samples = samples::<R, N>(run, 0);
+            let measurement = pipeline.block(&Stamp::default(), &samples);
+            let against = Against::new::<R>(case, run, 0);
+            Trial { seen: vec![against.tone(&measurement.tone)], ..Trial::default() }
+        }
+        Path::Lines(most) => {
+            let samples = samples::<R, N>(run, 0);
+            let measurement = pipeline.block(&Stamp::default(), &samples);
+            let lines = pipeline.lines(&measurement, most);
+            Against::new::<R>(case, run, 0).lines(&lines)
+        }
+        Path::Sum(blocks, drift) => {
+            let mut sum = Box::new(
+                Accumulator::<R, N>::new(blocks)
+                    .with_drift(drift)
+                    .with_false_alarm(case.config.false_alarm),
+            );
+            for block in 0..blocks {
+                let samples = samples::<R, N>(run, block as usize);
+                let stamp = Stamp { sequence: block, ..Stamp::default() };
+                let measurement = pipeline.block(&stamp, &samples);
+                if let Some(accumulated) = sum.add(&measurement, &pipeline) {
+                    // The middle of the sum.
+                    let against = Against::summed::<R>(case, run, blocks);
+                    let seen = vec![against.tone(&accumulated.tone)];
+                    return Trial { seen, ..Trial::default() };
+                }
+            }
+            Trial { seen: vec![Seen::NOTHING], ..Trial::default() }
+        }
+        Path::Tracks(settled, more) => {
+            let mut tracker = Box::new(Tracker::<R, N>::new(plan));
+            let mut trial = Trial::default();
+            for block in 0..settled + more {
+                let samples = samples::<R, N>(run, block);
+                let stamp = Stamp { sequence: block as u32, ..Stamp::default() };
+                tracker.block(&stamp, &samples);
+                if block >= settled {
+                    let against = Against::new::<R>(case, run, block);
+                    let held = tracker.tracks(Segment::Continuous).iter();
+                    let held = held.filter(|track| track.state == State::Held);
+                    trial.seen.extend(held.map(|track| against.tone(&track.tone)));
+                }
+            }
+            trial
+        }
+        Path::Chirps(laps) => chirps::<R, N, E>(case, run, &mut pipeline, laps),
+    }
+}
+
+fn samples<R: Record, const N: usize>(run: &mut Run, index: usize) -> [R::Sample; N] {
+    let codes = run.record(index, N);
+    std::array::from_fn(|n| R::from_parts(codes.get(n).copied().unwrap_or_default()))
+}
+
+/// What a record's answers are held against.
+struct Against {
+    n: usize,
+    iq: bool,
+    any: bool,
+    truths: Truths,
+    lines: Vec<Truth>,
+    /// The bounds of the frequencies, bins.
+    bounds: Vec<f64>,
+    /// The noise of each part, and its density at the first line.
+    noise: f64,
+    dense: f64,
+    rate_hz: f64,
+}
+
+impl Against {
+    fn new<R: Record>(case: &Case, run: &Run, index: usize) -> Self {
+        let from_s = case.scene.start_s(index, case.n);
+        Self::stretch::<R>(case, run, from_s, case.n)
+    }
+
+    /// A sum's blocks all together: the bound is that of one over the root of their number.
+    fn summed<R: Record>(case: &Case, run: &Run, blocks: u32) -> Self {
+        let middle_s = 0.5 * f64::from(blocks - 1) * case.n as f64 / case.scene.rate_hz;
+        let mut against = Self::stretch::<R>(case, run, middle_s, case.n);
+        against.bounds.iter_mut().for_each(|bound| *bound /= f64::from(blocks).sqrt());
+        against
+    }
+
+    fn stretch<R: Record>(case: &Case, run: &Run, from_s: f64, n: usize) -> Self {
+        let lines: Vec<Truth> =
+            (0..case.scene.sources.len()).map(|source| run.truth(source, from_s, n)).collect();
+        // Rounding to codes is noise, too.
+        let noise = run.noise().hypot((1.0f64 / 12.0).sqrt());
+        let rate_hz = case.scene.rate_hz;
+        let bounds = if case.asked.iter().any(crate::limit::Asked::needs_bound) {
+            let line = |truth: &Truth| {
+                let bins = truth.frequency_hz * n as f64 / rate_hz;
+                let phase = TAU * (truth.phase_turns - bins * (n / 2) as f64 / n as f64);
+                Line { bins, amplitude: truth.amplitude, phase }
+            };
+            let lines: Vec<Line> = lines.iter().map(line).collect();
+            match R::IQ {
+                true => lines.iter().map(|line| bound::iq(n, line.amplitude, noise)).collect(),
+                false => bound::real(n, &lines, noise),
+            }
+        } else {
+            vec![f64::NAN; lines.len()]
+        };
+        let dense = lines.first().map_or(1.0, |line| run.dense(line.nominal_hz));
+        let (any, truths) = (case.any_source, case.truths);
+        Against { n, iq: R::IQ, any, truths, lines, bounds, noise, dense, rate_hz }
+    }
+
+    /// The error of a frequency against a source, bins.
+    fn error(&self, tone: &Tone, source: usize) -> f64 {
+        let Some(truth) = self.lines.get(source) else { return f64::NAN };
+        let hertz = match self.truths {
+            Truths::Line => truth.frequency_hz,
+            Truths::Mean => truth.mean_hz,
+            Truths::Carrier => truth.nominal_hz,
+        };
+        let error = tone.frequency.bins(self.n) - hertz * self.n as f64 / self.rate_hz;
+        let n = self.n as f64;
+        if self.iq { (error + n / 2.0).rem_euclid(n) - n / 2.0 } else { error }
+    }
+
+    /// The source that is meant.
+    fn meant(&self, tone: &Tone) -> usize {
+        if !self.any {
+            return 0;
+        }
+        let nearest = |a: &usize, b: &usize| {
+            self.error(tone, *a).abs().total_cmp(&self.error(tone, *b).abs())
+        };
+        (0..self.lines.len()).min_by(nearest).unwrap_or(0)
+    }
+
+    fn tone(&self, tone: &Tone) -> Seen {
+        self.of(tone, self.meant(tone))
+    }
+
+    fn of(&self, tone: &Tone, source: usize) -> Seen {
+        let bins = self.error(tone, source);
+        let sigma = f64::from(tone.sigma) * self.n as f64;
+        let bound = self.bounds.get(source).copied().unwrap_or(f64::NAN);
+        let amplitude = self.lines.get(source).map_or(0.0, |line| line.amplitude);
+        let power = self.noise * self.noise * self.dense;
+        let snr_db = 10.0 * (amplitude * amplitude / 2.0 / power).log10();
+        Seen {
+            off: [bins / sigma, 0.0],
+            over_bound: [bins / bound, 0.0],
+            bins,
+            sigma: sigma / bound,
+            snr_db: f64::from(tone.snr_db()) - snr_db,
+            verdict: tone.verdict,
+            candidate: None,
+        }
+    }
+
+    /// Several lines: each is the source within .7 bins of it that no other one has.
+    fn lines(&self, found: &[ToneWithPhase]) -> Trial {
+        let mut left: Vec<usize> = (0..self.lines.len()).collect();
+        let mut trial = Trial::default();
+        for phasor in found {
+            let near = |&&source: &&usize| self.error(&phasor.tone, source).abs() < 0.7;
+            let Some(&source) = left.iter().find(near) else {
+                // What is said not to stand out is no line.
+                trial.more += usize::from(phasor.tone.verdict < Verdict::Weak);
+                continue;
+            };
+            left.retain(|&other| other != source);
+            let mut seen = self.of(&phasor.tone, source);
+            if let Some(truth) = self.lines.get(source) {
+                let turns = f64::from(phasor.phase) / TAU - truth.phase_turns;
+                let turns = turns - turns.round();
+                seen.off[1] = turns * TAU / f64::from(phasor.sigma_phase);
+                seen.over_bound[1] =
+                    turns / bound::phase(self.n, self.iq, truth.amplitude, self.noise);
+            }
+            trial.seen.push(seen);
+        }
+        trial.missing = left.len();
+        trial
+    }
+}
+
+/// The target of the last chirp, held against the nearest source at the moment to which it refers. A chirp one of whose beats is within
+/// three bins of half the rate, or on a ramp of 0 Hz, where no tone can be told from its image or an offset, is left out.
+fn chirps<R: Record, const N: usize, E: engine::Engine>(
+    case: &Case,
+    run: &mut Run,
+    pipeline: &mut Pipeline<R, N, E>,
+    laps: usize,
+) -> Trial {
+    let Config { scene: picket_dsp::Scene::Chirp(told), .. } = case.config else {
+        panic!("{}: no chirp is told", case.label)
+    };
+    let segments = told.shape.segments();
+    let rate_hz = case.scene.rate_hz;
+    let mut answer = None;
+    for index in 0..laps * segments.len() {
+        let start_s = case.scene.start_s(index, N);
+        let Some(&segment) = segments.get(index % segments.len()) else { continue };
+        let stamp = Stamp {
+            segment,
+            sequence: index as u32,
+            clock: (start_s * rate_hz).round() as u64,
+            ..Stamp::default()
+        };
+        let samples = samples::<R, N>(run, index);
+        if let Outcome::Target(target) = pipeline.block(&stamp, &samples).result {
+            answer = Some(target);
+        }
+        for source in 0..case.scene.sources.len() {
+            let beat = run.truth(source, start_s, N).frequency_hz.abs() * N as f64 / rate_hz;
+            let low = segment != Segment::Flat && beat < 3.0;
+            if low || beat > N as f64 / 2.0 - 3.0 {
+                return Trial::default();
+            }
+        }
+    }
+    let Some(target) = answer else {
+        return Trial { seen: vec![Seen::NOTHING], ..Trial::default() };
+    };
+    let ends = [(laps - 1) * segments.len(), laps * segments.len() - 1];
+    let [first, last] = ends.map(|index| case.scene.start_s(index, N));
+    let middle_s = 0.5 * (first + last) + 0.5 * (N - 1) as f64 / rate_hz;
+    let truths: Vec<Truth> =
+        (0..case.scene.sources.len()).map(|source| run.truth(source, middle_s, 1)).collect();
+    let off = |target: &Target, truth: &Truth| {
+        let range = target.range.to_num::<f64>() - truth.range_m.unwrap_or(f64::NAN);
+        let velocity = target.velocity.map_or(0.0, |velocity| {
+            velocity.to_num::<f64>() - truth.velocity_mps.unwrap_or(f64::NAN)
+        });
+        let sigma = f64::from(target.sigma_velocity);
+        [
+            range / f64::from(target.sigma_range),
+            if velocity == 0.0 { 0.0 } else { velocity / sigma },
+        ]
+    };
+    let worst = |off: [f64; 2]| off[0].abs().max(off[1].abs());
+    let nearest = |target: &Target| {
+        let all = truths.iter().map(|truth| off(target, truth));
+        all.min_by(|a, b| worst(*a).total_cmp(&worst(*b))).unwrap_or([f64::NAN; 2])
+    };
+    let candidate = match &target.ambiguity {
+        Ambiguity::Several(candidates) => candidates
+            .iter()
+            .map(|candidate| {
+                let (range, velocity) = (candidate.range, Some(candidate.velocity));
+                worst(nearest(&Target { range, velocity, ..target }))
+            })
+            .min_by(f64::total_cmp),
+        _ => None,
+    };
+    let (off, verdict) = (nearest(&target), target.verdict);
+    let seen = Seen { off, verdict, candidate, ..Seen::NOTHING };
+    Trial { seen: vec![seen], ..Trial::default() }
+}
