@@ -1,6 +1,6 @@
 //! Tests of Picket that need more than one module; see `tests/`.
 
-pub mod figures;
+pub use picket_claims::figures;
 
 use picket_host::toolchain::{Firmware, Profile, Target, ToolError, prepare};
 use std::path::{Path, PathBuf};
@@ -63,7 +63,7 @@ pub fn tone_1khz() -> PathBuf {
 
 /// How many records a statistical test takes: `short` ones, or `long` if the variable `PICKET_LONG` is set.
 pub fn sized(short: u64, long: u64) -> u64 {
-    if std::env::var_os("PICKET_LONG").is_some() { long } else { short }
+    if figures::long() { long } else { short }
 }
 
 /// What a tool gave; the test fails with what it says, and with the command that gets what is missing.

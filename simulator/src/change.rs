@@ -104,10 +104,12 @@ fn course(change: &Change, span_s: (f64, f64), rate_hz: f64, draw: &mut Draw) ->
             let [middle, deviation] = [middle_s, deviation_s].map(|value| value.draw(draw));
             gain(move |t| bell((t - middle) / deviation))
         }
-        Change::Keyed { bits_hz } => {
+        Change::Keyed { bits_hz, by_turns } => {
             let (rate, start) = (bits_hz.draw(draw), draw.share());
             let number = move |t: f64| libm::floor(rate * (t - span_s.0) + start).max(0.0) as usize;
-            let bits: Vec<bool> = (0..=number(span_s.1)).map(|_| draw.either()).collect();
+            let bits: Vec<bool> = (0..=number(span_s.1))
+                .map(|bit| if *by_turns { bit % 2 == 0 } else { draw.either() })
+                .collect();
             gain(move |t| f64::from(u8::from(bits.get(number(t)).copied().unwrap_or(false))))
         }
         Change::Hidden { depth, rate_hz } => {

@@ -116,9 +116,10 @@ fn factor(density: &Density, iq: bool, rate_hz: f64, nominal_hz: f64, draw: &mut
             let [middle, width] = [middle_hz, width_hz].map(|value| value.draw(draw));
             Box::new(move |hz| 1.0 / (1.0 + libm::pow((hz.abs() - middle) / (0.5 * width), 16.0)))
         }
-        Density::Points { points } => {
+        Density::Points { points, beside_tone } => {
+            let from_hz = if *beside_tone { nominal_hz } else { 0.0 };
             let course = crate::value::Value::Over(points.clone()).course(draw);
-            Box::new(move |hz| decibels(course.at(hz)))
+            Box::new(move |hz| decibels(course.at(hz - from_hz)))
         }
     }
 }

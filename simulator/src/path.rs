@@ -147,7 +147,10 @@ impl Path {
             late_s: of.q_late_s.draw(draw),
             dead: of.dead,
             offset: [of.offset[0].draw(draw), of.offset[1].draw(draw)],
-            noise: deviation,
+            noise: match &coloured {
+                Some(coloured) if noise.at_tone => deviation / libm::sqrt(coloured.at(nominal_hz)),
+                _ => deviation,
+            },
             coloured,
             hum,
             drift,
@@ -377,7 +380,7 @@ impl Receiver {
             (_, Some(snr_db)) => snr_db.check("noise: snr_db", false, (-300.0, 300.0))?,
             _ => {}
         }
-        if let Some(crate::scene::Density::Points { points }) = self
+        if let Some(crate::scene::Density::Points { points, .. }) = self
             .noise
             .shape
             .iter()

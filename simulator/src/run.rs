@@ -350,6 +350,12 @@ impl Run {
         })
     }
 
+    /// The amplitude of a source without its changes, codes.
+    pub fn amplitude(&self, source: usize) -> f64 {
+        let voice = self.sources.get(source).and_then(|range| self.voices.get(range.start));
+        voice.map_or(0.0, |voice| voice.amplitude)
+    }
+
     /// The noise's standard deviation in each part, codes.
     pub const fn noise(&self) -> f64 {
         self.path.noise
@@ -633,7 +639,7 @@ fn check_changes(changes: &[crate::scene::Change]) -> Result<(), String> {
             Burst { middle_s, deviation_s } => {
                 &[("middle_s", middle_s, ANY), ("deviation_s", deviation_s, SOME)]
             }
-            Keyed { bits_hz } => &[("bits_hz", bits_hz, SOME)],
+            Keyed { bits_hz, .. } => &[("bits_hz", bits_hz, SOME)],
             Hidden { depth, rate_hz } => &[("depth", depth, (0.0, 1.0)), ("rate_hz", rate_hz, ANY)],
             Speckle { bandwidth_hz } => &[("bandwidth_hz", bandwidth_hz, SOME)],
         };

@@ -243,10 +243,13 @@ pub enum Change {
         /// Its standard deviation, s.
         deviation_s: Value,
     },
-    /// Bits at random: on or off.
+    /// Bits: on or off.
     Keyed {
         /// Bits a second.
         bits_hz: Value,
+        /// Whether they come by turns; else at random.
+        #[serde(default)]
+        by_turns: bool,
     },
     /// Blades that pass before it and hide a share of it, for a tenth of the time between two.
     Hidden {
@@ -533,6 +536,8 @@ pub struct Noise {
     pub rms: Option<Value>,
     /// Or how far the first source is above it, dB per sample: `A^2 / (2 sigma^2)`.
     pub snr_db: Option<Value>,
+    /// Whether the level is that of white noise as dense as this one is at the first tone.
+    pub at_tone: bool,
     /// What shapes its spectrum; white without.
     pub shape: Vec<Density>,
 }
@@ -589,6 +594,9 @@ pub enum Density {
     Points {
         /// Hz and dB.
         points: Vec<[f64; 2]>,
+        /// Whether the frequencies count from that of the first tone.
+        #[serde(default)]
+        beside_tone: bool,
     },
 }
 

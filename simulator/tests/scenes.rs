@@ -79,7 +79,7 @@ fn noise_has_the_power_and_the_density_that_are_stated() {
     for shape in [
         vec![],
         vec![Density::Slope { rise_db: (-20.0).into() }],
-        vec![Density::Points { points: vec![[0.0, 0.0], [64.0, 20.0]] }],
+        vec![Density::Points { points: vec![[0.0, 0.0], [64.0, 20.0]], beside_tone: false }],
     ] {
         let mut scene = Scene { seed: 3, rate_hz: 256.0, seconds: 64.0, ..Scene::default() };
         scene.receiver.noise.rms = Some(10.0.into());

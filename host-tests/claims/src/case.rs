@@ -64,6 +64,8 @@ pub struct Case {
     pub any_source: bool,
     /// Whether an answer that may not be used counts as one that may.
     pub whatever: bool,
+    /// Whether the bound is that of the first source alone, without its changes.
+    pub alone: bool,
     /// Records.
     pub trials: u64,
     /// What must come out.
@@ -91,6 +93,7 @@ impl Case {
             truths: Truths::Line,
             any_source: false,
             whatever: false,
+            alone: false,
             trials: 1000,
             asked: Vec::new(),
         }
@@ -155,6 +158,12 @@ impl Case {
     #[must_use]
     pub fn whatever_the_verdict(self) -> Self {
         Self { whatever: true, ..self }
+    }
+
+    /// Against the bound of the first source alone, without its changes.
+    #[must_use]
+    pub fn alone(self) -> Self {
+        Self { alone: true, ..self }
     }
 
     /// And this must come out.

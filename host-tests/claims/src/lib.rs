@@ -7,6 +7,7 @@
 
 mod bound;
 mod case;
+pub mod figures;
 pub mod limit;
 mod measure;
 pub mod scenes;

@@ -22,6 +22,8 @@ pub enum Event {
     Off(f64),
     /// It may be used and is so many sigmas off or more: of all.
     Wrong(f64),
+    /// It is `good` and is so many sigmas off or more: of all.
+    GoodOff(f64),
     /// It may not be used, and is within five bounds of the truth.
     RefusedThoughRight,
     /// It is within so many sigmas, of the usable ones.
@@ -78,7 +80,7 @@ pub enum Asked {
         /// At most.
         most_db: f64,
     },
-    /// The median of sigma over the bound.
+    /// The median of sigma over the bound, of all answers.
     Sigma {
         /// At most.
         most: f64,
@@ -123,6 +125,9 @@ impl Event {
             Event::Is(verdicts) => of(&any, &|seen| verdicts.contains(&seen.verdict)),
             Event::Off(sigmas) => of(&usable, &|seen| seen.worst() > sigmas),
             Event::Wrong(sigmas) => of(&any, &|seen| usable(seen) && seen.worst() > sigmas),
+            Event::GoodOff(sigmas) => {
+                of(&any, &|seen| seen.verdict == Verdict::Good && seen.worst() > sigmas)
+            }
             Event::RefusedThoughRight => {
                 of(&any, &|seen| !usable(seen) && seen.over_bound[0].abs() < 5.0)
             }
@@ -218,12 +223,13 @@ impl Asked {
                 }
             }
             Asked::Sigma { most } => {
-                let mut sigmas: Vec<f64> = near.iter().map(|seen| seen.sigma).collect();
+                let all = trials.iter().flat_map(|trial| &trial.seen);
+                let mut sigmas: Vec<f64> = all.map(|seen| seen.sigma).collect();
                 sigmas.sort_by(f64::total_cmp);
                 let value = sigmas.get(sigmas.len() / 2).copied().unwrap_or(f64::NAN);
                 Judged {
                     asked: format!("median sigma over bound <= {most}"),
-                    seen: format!("{value:.3} of {count}"),
+                    seen: format!("{value:.3} of {}", sigmas.len()),
                     value,
                     holds: value <= most,
                 }

@@ -114,9 +114,8 @@ struct Against {
     lines: Vec<Truth>,
     /// The bounds of the frequencies, bins.
     bounds: Vec<f64>,
-    /// The noise of each part, and its density at the first line.
+    /// The noise of each part, as dense as it is at the first line.
     noise: f64,
-    dense: f64,
     rate_hz: f64,
 }
 
@@ -137,16 +136,21 @@ impl Against {
     fn stretch<R: Record>(case: &Case, run: &Run, from_s: f64, n: usize) -> Self {
         let lines: Vec<Truth> =
             (0..case.scene.sources.len()).map(|source| run.truth(source, from_s, n)).collect();
-        // Rounding to codes is noise, too.
-        let noise = run.noise().hypot((1.0f64 / 12.0).sqrt());
+        // Where the first line is; rounding to codes is noise, too.
+        let dense = lines.first().map_or(1.0, |line| run.dense(line.nominal_hz));
+        let noise = (run.noise() * run.noise() * dense + 1.0 / 12.0).sqrt();
         let rate_hz = case.scene.rate_hz;
-        let bounds = if case.asked.iter().any(crate::limit::Asked::needs_bound) {
+        let bounds = if case.alone || case.asked.iter().any(crate::limit::Asked::needs_bound) {
             let line = |truth: &Truth| {
                 let bins = truth.frequency_hz * n as f64 / rate_hz;
                 let phase = TAU * (truth.phase_turns - bins * (n / 2) as f64 / n as f64);
                 Line { bins, amplitude: truth.amplitude, phase }
             };
-            let lines: Vec<Line> = lines.iter().map(line).collect();
+            let mut lines: Vec<Line> = lines.iter().map(line).collect();
+            if case.alone {
+                lines.truncate(1);
+                lines.iter_mut().for_each(|line| line.amplitude = run.amplitude(0));
+            }
             match R::IQ {
                 true => lines.iter().map(|line| bound::iq(n, line.amplitude, noise)).collect(),
                 false => bound::real(n, &lines, noise),
@@ -154,9 +158,8 @@ impl Against {
         } else {
             vec![f64::NAN; lines.len()]
         };
-        let dense = lines.first().map_or(1.0, |line| run.dense(line.nominal_hz));
         let (any, truths) = (case.any_source, case.truths);
-        Against { n, iq: R::IQ, any, truths, lines, bounds, noise, dense, rate_hz }
+        Against { n, iq: R::IQ, any, truths, lines, bounds, noise, rate_hz }
     }
 
     /// The error of a frequency against a source, bins.
@@ -190,9 +193,9 @@ impl Against {
     fn of(&self, tone: &Tone, source: usize) -> Seen {
         let bins = self.error(tone, source);
         let sigma = f64::from(tone.sigma) * self.n as f64;
-        let bound = self.bounds.get(source).copied().unwrap_or(f64::NAN);
+        let bound = self.bounds.get(source).or(self.bounds.first()).copied().unwrap_or(f64::NAN);
         let amplitude = self.lines.get(source).map_or(0.0, |line| line.amplitude);
-        let power = self.noise * self.noise * self.dense;
+        let power = self.noise * self.noise;
         let snr_db = 10.0 * (amplitude * amplitude / 2.0 / power).log10();
         Seen {
             off: [bins / sigma, 0.0],

@@ -1,6 +1,7 @@
 //! The one runner: all cases in parallel, one table.
 
 use crate::case::Case;
+use crate::figures::long;
 use crate::limit::{Asked, Judged};
 use crate::measure::trial;
 use crate::seen::Trial;
@@ -11,9 +12,10 @@ fn set(name: &str) -> Option<String> {
     std::env::var(name).ok()
 }
 
-/// A seed of its own for each label (FNV-1a).
+/// A seed of its own for each label up to its first `|`, by FNV-1a: cases that differ in what is behind it have the same records.
 fn seed(label: &str) -> u64 {
     let own = set("PICKET_SEED").map_or(0, |text| text.parse().unwrap_or(0));
+    let label = label.split('|').next().unwrap_or(label);
     label.bytes().fold(0xCBF2_9CE4_8422_2325 ^ own, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3)
     })
@@ -34,7 +36,7 @@ pub fn hold(cases: Vec<Case>) -> Vec<Vec<f64>> {
 /// See [`hold`].
 pub fn hold_together(label: &str, cases: Vec<Case>, together: &[Asked]) -> Vec<Vec<f64>> {
     let only = set("PICKET_CLAIM");
-    let longer = if set("PICKET_LONG").is_some() { 10 } else { 1 };
+    let longer = if long() { 10 } else { 1 };
     let chosen = |case: &Case| only.as_ref().is_none_or(|text| case.label.contains(text.as_str()));
     let run = |mut case: Case| {
         if !chosen(&case) {

@@ -1,6 +1,8 @@
 //! The table of claims. `cargo test -p picket-claims -- --nocapture` prints it.
 
 mod chirps;
+mod efforts;
+mod field;
 mod lines;
 mod sums;
 mod tones;

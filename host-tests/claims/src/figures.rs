@@ -12,7 +12,7 @@ const MARGIN: f64 = 0.02;
 /// Panics unless the file has these figures by this name, each within 2 % or `unit`, which is that of the last digit that is printed.
 /// With `PICKET_WRITE_FIGURES` it writes them.
 pub fn hold(name: &str, unit: f64, measured: &[f64]) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("figures.json");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../figures.json");
     // Tests run beside each other, in more than one process.
     let file = File::open(&path).unwrap();
     file.lock().unwrap();
@@ -38,4 +38,9 @@ pub fn hold(name: &str, unit: f64, measured: &[f64]) {
         held,
         "{name}: measured {measured:?}, and host-tests/figures.json has {stated:?}: with PICKET_WRITE_FIGURES=1 this test writes them, then `lab docs`"
     );
+}
+
+/// Whether the long form of a test is asked for: the variable `PICKET_LONG` is set.
+pub fn long() -> bool {
+    std::env::var_os("PICKET_LONG").is_some()
 }
