@@ -49,7 +49,7 @@ impl Setup {
 pub struct Impaired {
     /// The samples in codes; real records have no imaginary part.
     pub samples: Vec<Complex<f64>>,
-    /// The mean frequency of the tone from the first sample to the last, in bins; negative for an I/Q tone that turns backwards.
+    /// The mean frequency of the tone over the block, in bins; negative for an I/Q tone that turns backwards.
     /// A jump of the phase is no frequency.
     pub bins: f64,
     /// The frequency in bins that the tone would have without chirp, walk or step.
@@ -165,7 +165,8 @@ impl<'a> Making<'a> {
             ..Scene::default()
         };
         // What is true is so without the carrier's own width, which is drawn after all other changes.
-        let truth = scene.run(0)?.truth(0, 0.0, n.max(2) - 1);
+        // Each sample stands for the time about it: the block is from half a sample before the first one.
+        let truth = scene.run(0)?.truth(0, -0.5 / self.n, n);
         if let Some(Source::Tone(tone)) = scene.sources.first_mut() {
             tone.changes.extend(self.linewidth);
         }
