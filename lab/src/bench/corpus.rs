@@ -67,26 +67,26 @@ fn decades(draw: &mut Draw, low: f64, high: f64) -> f64 {
     10f64.powf(draw.between(low, high))
 }
 
-/// A tone at this signal-to-noise ratio, of an amplitude that leaves its noise room; this share of both.
-fn in_noise(draw: &mut Draw, bins: Value, snr_db: f64, share: f64) -> Scene {
+/// A tone at this signal-to-noise ratio, of an amplitude that leaves its noise room; this share of both. With the most that it reaches, codes.
+fn in_noise(draw: &mut Draw, bins: Value, snr_db: f64, share: f64) -> (Scene, f64) {
     let ratio = 10f64.powf(snr_db / 20.0) * 2f64.sqrt();
     let most = FULL / (1.0 + 4.5 / ratio);
     let amplitude = share * most * decades(draw, -1.0, -0.02);
     let mut scene = Scene { sources: vec![line(bins, amplitude)], ..Scene::default() };
     scene.receiver.noise.snr_db = Some(snr_db.into());
-    scene
+    (scene, amplitude * (1.0 + 4.5 / ratio))
 }
 
 /// -5 to 60 dB, at any frequency.
 fn tone(draw: &mut Draw, n: usize) -> Scene {
     let snr_db = draw.between(-5.0, 60.0);
-    in_noise(draw, anywhere(n), snr_db, 1.0)
+    in_noise(draw, anywhere(n), snr_db, 1.0).0
 }
 
 /// The line is 8 to 14 dB above the noise of a bin.
 fn at_the_threshold(draw: &mut Draw, n: usize) -> Scene {
     let snr_db = draw.between(8.0, 14.0) - 10.0 * (n as f64 / 2.0).log10();
-    in_noise(draw, anywhere(n), snr_db, 1.0)
+    in_noise(draw, anywhere(n), snr_db, 1.0).0
 }
 
 /// Within three bins of DC or of half the rate.
@@ -94,13 +94,13 @@ fn at_an_edge(draw: &mut Draw, n: usize) -> Scene {
     let half = n as f64 / 2.0;
     let bins = if draw.either() { 0.5..3.0 } else { half - 3.0..half - 0.5 };
     let snr_db = draw.between(0.0, 60.0);
-    in_noise(draw, bins.into(), snr_db, 1.0)
+    in_noise(draw, bins.into(), snr_db, 1.0).0
 }
 
 /// Two to six lines up to 40 dB below the first.
 fn several_lines(draw: &mut Draw, n: usize) -> Scene {
     let snr_db = draw.between(-5.0, 60.0);
-    let mut scene = in_noise(draw, anywhere(n), snr_db, 1.0 / 3.0);
+    let (mut scene, _) = in_noise(draw, anywhere(n), snr_db, 1.0 / 3.0);
     for _ in 0..=draw.below(5) {
         scene.sources.push(line(anywhere(n), 200.0 * decades(draw, -2.0, 0.0)));
     }
@@ -135,12 +135,12 @@ fn silence(_: &mut Draw, _: usize) -> Scene {
     scene
 }
 
-/// A tone with up to eight samples that stick out, none of them up to a rail.
+/// A tone with up to eight samples that stick out, as far as there is room.
 fn impulses(draw: &mut Draw, n: usize) -> Scene {
-    let mut scene = tone(draw, n);
-    let (count, codes) = ((0.5..8.5).into(), (0.0..0.99 * FULL).into());
+    let snr_db = draw.between(-5.0, 60.0);
+    let (mut scene, most) = in_noise(draw, anywhere(n), snr_db, 1.0);
+    let (count, codes) = ((0.5..8.5).into(), (0.0..(0.99 * FULL - most).max(0.0)).into());
     scene.receiver.impulses = Some(Impulses { count, codes });
-    scene.receiver.limit = Some(0.99 * FULL);
     scene
 }
 
