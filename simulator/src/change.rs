@@ -56,15 +56,22 @@ fn cycles(of: impl Fn(f64) -> f64 + Send + Sync + 'static) -> Course {
     Box::new(move |t| Changed { gain: 1.0, cycles: of(t), turned: 0.0 })
 }
 
-fn speckled(speckle: Speckle) -> Course {
+fn envelope(of: impl Fn(f64) -> [f64; 2] + Send + Sync + 'static) -> Course {
     Box::new(move |t| {
-        let [re, im] = speckle.at(t);
+        let [re, im] = of(t);
         Changed { gain: libm::hypot(re, im), cycles: 0.0, turned: libm::atan2(im, re) / TAU }
     })
 }
 
+fn speckled(speckle: Speckle) -> Course {
+    envelope(move |t| speckle.at(t))
+}
+
 /// Of the time between two blades, the standard deviation of that in which one hides the body.
 const BLADE: f64 = 0.1;
+
+/// So many deviations from its middle nothing is left of a burst: 1e-8 of its amplitude.
+const BURST: f64 = 6.0;
 
 fn course(change: &Change, span_s: (f64, f64), rate_hz: f64, draw: &mut Draw) -> Course {
     match change {
@@ -122,6 +129,31 @@ fn course(change: &Change, span_s: (f64, f64), rate_hz: f64, draw: &mut Draw) ->
         Change::Speckle { bandwidth_hz } => {
             let bandwidth = bandwidth_hz.draw(draw);
             speckled(Speckle::new(span_s.0, span_s.1, bandwidth, || draw.normal()))
+        }
+        Change::Bursts { per_s, deviation_s, nepers } => {
+            let [rate, deviation, nepers] =
+                [per_s, deviation_s, nepers].map(|value| value.draw(draw));
+            let reach = BURST * deviation;
+            let (mut middle, mut all) = (span_s.0 - reach, Vec::new());
+            loop {
+                middle += draw.exponential() / rate;
+                if middle > span_s.1 + reach {
+                    break;
+                }
+                let (sin, cos) = libm::sincos(draw.phase());
+                let level = libm::exp(-nepers * draw.share());
+                all.push((middle, [level * cos, level * sin]));
+            }
+            envelope(move |t| {
+                let mut sum = [0.0; 2];
+                let from = all.partition_point(|(middle, _)| *middle < t - BURST * deviation);
+                let near = all.iter().skip(from);
+                for (middle, [re, im]) in near.take_while(|all| all.0 < t + BURST * deviation) {
+                    let light = bell((t - middle) / deviation);
+                    sum = [sum[0] + re * light, sum[1] + im * light];
+                }
+                sum
+            })
         }
     }
 }

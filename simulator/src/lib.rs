@@ -27,7 +27,7 @@ mod waveform;
 pub use draw::Draw;
 pub use flow::Passed;
 pub use fringes::{Fringes, Particle};
-pub use random::{Speckle, walk};
+pub use random::Speckle;
 pub use receiver::Receiver;
 pub use run::{Run, Truth};
 pub use scene::Scene;

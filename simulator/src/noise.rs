@@ -70,7 +70,8 @@ impl Coloured {
         let scale = 1.0 / self.length as f64;
         let mut piece: Vec<[f64; 2]> = (0..self.length)
             .map(|k| {
-                let level = libm::sqrt(self.at(self.hertz(k)) * scale);
+                // The transform turns backwards.
+                let level = libm::sqrt(self.at(-self.hertz(k)) * scale);
                 [level * draw.normal(), level * draw.normal()]
             })
             .collect();

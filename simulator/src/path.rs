@@ -14,6 +14,7 @@ pub(crate) struct Path {
     steps: usize,
     gain: f64,
     quadrature: (f64, f64),
+    mixed: bool,
     late_s: f64,
     dead: Option<usize>,
     offset: [f64; 2],
@@ -40,7 +41,7 @@ pub(crate) struct Path {
     pub taken: u64,
     next_s: f64,
     /// What a repeated sample repeats.
-    last: [i16; 2],
+    last: [f64; 2],
 }
 
 /// A sine from elsewhere.
@@ -144,6 +145,7 @@ impl Path {
             steps,
             gain: 1.0 + of.gain_error.draw(draw),
             quadrature: libm::sincos(quadrature),
+            mixed: noise.mixed,
             late_s: of.q_late_s.draw(draw),
             dead: of.dead,
             offset: [of.offset[0].draw(draw), of.offset[1].draw(draw)],
@@ -168,7 +170,7 @@ impl Path {
             clock: Some(Draw::part(scene.seed, trial, 3)),
             taken: 0,
             next_s: f64::NAN,
-            last: [0; 2],
+            last: [0.0; 2],
         }
     }
 
@@ -224,7 +226,7 @@ impl Path {
             self.sections.iter_mut().for_each(|section| section.state = None);
         }
         self.next_s = from_s + n as f64 / self.rate_hz;
-        let (sin, cos) = self.quadrature;
+        let ((sin, cos), gain) = (self.quadrature, self.gain);
         let fine_s = 1.0 / (self.rate_hz * self.steps as f64);
         let mut volts = Vec::with_capacity(n);
         for index in 0..n {
@@ -237,12 +239,15 @@ impl Path {
                 let mut x = signal(time_s);
                 if self.iq {
                     let late = if self.late_s == 0.0 { x } else { signal(time_s - self.late_s) };
-                    x[1] = self.gain * (late[1] * cos + late[0] * sin);
+                    x[1] = gain * (late[1] * cos + late[0] * sin);
                 } else {
                     x[1] = 0.0;
                 }
                 let beside = self.beside(time_s);
-                let noise = self.noise_at(time_s);
+                let mut noise = self.noise_at(time_s);
+                if self.mixed && self.iq {
+                    noise[1] = gain * (noise[1] * cos + noise[0] * sin);
+                }
                 x = [x[0] + beside[0] + noise[0], x[1] + beside[1] + noise[1]];
                 for section in &mut self.sections {
                     x = section.pass(x);
@@ -285,12 +290,12 @@ impl Path {
         noise
     }
 
-    /// The codes of voltages, the first of which is sample number `first`.
-    pub fn convert(&mut self, volts: &[[f64; 2]], first: u64) -> Vec<[i16; 2]> {
-        let mut codes: Vec<[i16; 2]> =
-            volts.iter().map(|volt| volt.map(|part| self.code(part))).collect();
+    /// The codes of voltages, the first of which is sample number `first`; of a converter that rounds and ends at its rails, or of none such.
+    pub fn convert(&mut self, volts: &[[f64; 2]], first: u64, rounds: bool) -> Vec<[f64; 2]> {
+        let mut codes: Vec<[f64; 2]> =
+            volts.iter().map(|volt| volt.map(|part| self.code(part, rounds))).collect();
         if !self.iq {
-            codes.iter_mut().for_each(|code| code[1] = 0);
+            codes.iter_mut().for_each(|code| code[1] = 0.0);
         }
         if self.converter.swapped {
             codes.as_chunks_mut().0.iter_mut().for_each(|pair: &mut [_; 2]| pair.reverse());
@@ -315,7 +320,7 @@ impl Path {
     }
 
     /// The code of a voltage.
-    fn code(&self, volt: f64) -> i16 {
+    fn code(&self, volt: f64, rounds: bool) -> f64 {
         let Converter { bits, unsigned, wraps, missing_codes, stuck_bit, wrong_sign, .. } =
             self.converter;
         let half = libm::exp2(f64::from(bits) - 1.0);
@@ -332,11 +337,11 @@ impl Path {
                 }
             }
         }
-        let mut code = libm::round(x);
-        code = if wraps {
-            modulo(code + half, 2.0 * half) - half
-        } else {
-            code.clamp(-half, half - 1.0)
+        let mut code = if rounds { libm::round(x) } else { x };
+        code = match (wraps, rounds) {
+            (true, _) => modulo(code + half, 2.0 * half) - half,
+            (false, true) => code.clamp(-half, half - 1.0),
+            (false, false) => code,
         };
         if missing_codes > 0 {
             let (count, step) = (missing_codes as f64, half / 4.0);
@@ -353,8 +358,7 @@ impl Path {
         if wrong_sign {
             code += if code < 0.0 { half } else { -half };
         }
-        // A cast saturates.
-        (if unsigned { code + half } else { code }) as i16
+        if unsigned { code + half } else { code }
     }
 }
 

@@ -6,7 +6,7 @@ use core::f64::consts::PI;
 /// time. `normal` draws a normal number for each different time but the first.
 ///
 /// The phase of an oscillator whose line is Lorentzian and `w` wide at half of its height walks by `sqrt(2 pi w)` radians.
-pub fn walk(times: &[f64], step: f64, mut normal: impl FnMut() -> f64) -> Vec<f64> {
+pub(crate) fn walk(times: &[f64], step: f64, mut normal: impl FnMut() -> f64) -> Vec<f64> {
     let mut order: Vec<usize> = (0..times.len()).collect();
     order.sort_by(|&a, &b| times[a].total_cmp(&times[b]));
     let mut walked = vec![0.0; times.len()];

@@ -192,7 +192,8 @@ impl Scene {
     pub fn run(&self, trial: u64) -> Result<Run, String> {
         self.check()?;
         let (seed, rate_hz) = (self.seed, self.rate_hz);
-        let span_s = (-1.0 / rate_hz, self.seconds + 2.0 / rate_hz);
+        let (early_s, late_s) = self.off_s();
+        let span_s = (-1.0 / rate_hz - early_s, self.seconds + 2.0 / rate_hz + late_s);
         let sent = self.waveform.as_ref().map(|waveform| {
             let mut draw = Draw::part(seed, trial, 1);
             // The oldest echo is that of the farthest target.
@@ -268,6 +269,16 @@ impl Scene {
         self.converter.check().map_err(|what| format!("converter: {what}"))
     }
 
+    /// How far before the start and after the end samples are taken that are late, old, or after lost ones, s.
+    fn off_s(&self) -> (f64, f64) {
+        let count = |place: &Option<crate::scene::Place>| {
+            place.as_ref().map_or(0.0, |place| place.count.most()) / self.rate_hz
+        };
+        let converter = &self.converter;
+        let early_s = count(&converter.stale) + self.receiver.q_late_s.most();
+        (early_s, count(&converter.lost) + self.receiver.q_late_s.most())
+    }
+
     /// Samples of a record in each segment, if records are taken there alone.
     fn gate(&self) -> Option<(f64, usize)> {
         let waveform = self.waveform.as_ref()?;
@@ -332,9 +343,20 @@ impl Run {
 
     /// The codes of `n` samples from a time on. Of a real receiver the second part is 0.
     pub fn codes(&mut self, from_s: f64, n: usize) -> Vec<[i16; 2]> {
+        // A cast saturates.
+        let code = |code: [f64; 2]| code.map(|part| part as i16);
+        self.converted(from_s, n, true).into_iter().map(code).collect()
+    }
+
+    /// What [`Run::codes`] gives of a converter that neither rounds nor ends, whose other faults stay.
+    pub fn unrounded(&mut self, from_s: f64, n: usize) -> Vec<[f64; 2]> {
+        self.converted(from_s, n, false)
+    }
+
+    fn converted(&mut self, from_s: f64, n: usize, rounds: bool) -> Vec<[f64; 2]> {
         let taken = self.path.taken;
         let volts = self.voltages(from_s, n);
-        self.path.convert(&volts, taken)
+        self.path.convert(&volts, taken, rounds)
     }
 
     /// The voltages of `n` samples from a time on, in codes that are neither rounded nor cut.
@@ -642,6 +664,11 @@ fn check_changes(changes: &[crate::scene::Change]) -> Result<(), String> {
             Keyed { bits_hz, .. } => &[("bits_hz", bits_hz, SOME)],
             Hidden { depth, rate_hz } => &[("depth", depth, (0.0, 1.0)), ("rate_hz", rate_hz, ANY)],
             Speckle { bandwidth_hz } => &[("bandwidth_hz", bandwidth_hz, SOME)],
+            Bursts { per_s, deviation_s, nepers } => &[
+                ("per_s", per_s, (1e-12, 1e7)),
+                ("deviation_s", deviation_s, SOME),
+                ("nepers", nepers, (0.0, f64::INFINITY)),
+            ],
         };
         all.iter().try_for_each(|(name, value, range)| value.check(name, false, *range))?;
     }

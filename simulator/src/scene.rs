@@ -263,6 +263,15 @@ pub enum Change {
         /// Hz.
         bandwidth_hz: Value,
     },
+    /// Bursts that come at random: a Gaussian envelope each, with a phase of its own. They add up.
+    Bursts {
+        /// So many a second.
+        per_s: Value,
+        /// The standard deviation of each, s.
+        deviation_s: Value,
+        /// A burst is weaker by any number of nepers up to this one.
+        nepers: Value,
+    },
 }
 
 fn for_ever() -> Value {
@@ -540,6 +549,8 @@ pub struct Noise {
     pub at_tone: bool,
     /// What shapes its spectrum; white without.
     pub shape: Vec<Density>,
+    /// Whether it comes in before the mixers: what is wrong with Q is wrong with its noise, too.
+    pub mixed: bool,
 }
 
 /// A factor of the noise's density over frequency. The power of all of the noise stays what was stated.

@@ -76,22 +76,27 @@ fn two_particles_in_a_flow_that_reverses() {
 
 #[test]
 fn noise_has_the_power_and_the_density_that_are_stated() {
-    for shape in [
-        vec![],
-        vec![Density::Slope { rise_db: (-20.0).into() }],
-        vec![Density::Points { points: vec![[0.0, 0.0], [64.0, 20.0]], beside_tone: false }],
+    let slope = || vec![Density::Slope { rise_db: (-20.0).into() }];
+    for (shape, iq) in [
+        (vec![], false),
+        (slope(), false),
+        (slope(), true),
+        (vec![Density::Points { points: vec![[0.0, 0.0], [64.0, 20.0]], beside_tone: false }], false),
     ] {
         let mut scene = Scene { seed: 3, rate_hz: 256.0, seconds: 64.0, ..Scene::default() };
+        scene.receiver.iq = iq;
         scene.receiver.noise.rms = Some(10.0.into());
         scene.receiver.noise.shape = shape;
         let mut run = scene.run(0).unwrap();
         let record = run.voltages(0.0, 64 * 256);
         let mean = record.iter().map(|[x, _]| x * x).sum::<f64>() / record.len() as f64;
         assert!((mean / 100.0 - 1.0).abs() < 0.1, "{mean}");
-        for hz in [20.0, 100.0] {
+        let places: &[f64] = if iq { &[20.0, 100.0, -100.0] } else { &[20.0, 100.0] };
+        for &hz in places {
             let near =
                 (0..400).map(|step| power(&record, (hz + 0.02 * f64::from(step - 200)) / 256.0));
-            let density = near.sum::<f64>() / 400.0 * record.len() as f64 / 100.0;
+            let parts = if iq { 2.0 } else { 1.0 };
+            let density = near.sum::<f64>() / 400.0 * record.len() as f64 / 100.0 / parts;
             assert!((density / run.dense(hz) - 1.0).abs() < 0.2, "{hz}: {density}");
         }
     }
@@ -134,6 +139,73 @@ fn changes_of_a_tone_are_what_they_say() {
     let record = on.voltages(0.0, 1024);
     let loud = |range: std::ops::Range<usize>| record[range].iter().any(|[x, _]| x.abs() > 500.0);
     assert!(!loud(0..256) && loud(256..768) && !loud(768..1024));
+}
+
+/// Campbell's theorem: the mean power is the rate times a burst's energy. Nobody comes in exp(-rate) of the time.
+#[test]
+fn bursts_come_at_random() {
+    let value = |x: f64| Value::Fixed(x);
+    let changes =
+        vec![Change::Bursts { per_s: value(4.0), deviation_s: value(0.01), nepers: value(2.0) }];
+    let source = Source::Tone(Tone { changes, ..tone(100.0, 1.0) });
+    let receiver = Receiver { iq: true, ..Receiver::default() };
+    let (rate_hz, sources) = (1024.0, vec![source]);
+    let scene = Scene { rate_hz, seconds: 1000.0, sources, receiver, ..Scene::default() };
+    let record = scene.run(0).unwrap().voltages(0.0, 1_024_000);
+    let power: Vec<f64> = record.iter().map(|[i, q]| i * i + q * q).collect();
+    let energy = (1.0 - (-4f64).exp()) / 4.0 * 0.01 * (TAU / 2.0).sqrt();
+    // Of 4,000 bursts the mean power is known to 2 %.
+    let mean = power.iter().sum::<f64>() / power.len() as f64;
+    assert!((mean / (4.0 * energy) - 1.0).abs() < 0.08, "{mean}");
+    // Six deviations to each side of its middle nothing is left of a burst.
+    let dark = power.iter().filter(|power| **power == 0.0).count() as f64 / power.len() as f64;
+    assert!((dark - (-4.0 * 0.12f64).exp()).abs() < 0.06, "{dark}");
+}
+
+#[test]
+fn noise_before_the_mixers_has_their_faults() {
+    let mut receiver = Receiver { iq: true, gain_error: 1.0.into(), ..Receiver::default() };
+    receiver.noise.rms = Some(10.0.into());
+    let mut scene = Scene { rate_hz: 1e4, seconds: 1.0, receiver, ..Scene::default() };
+    let mut ratio = |mixed: bool| {
+        scene.receiver.noise.mixed = mixed;
+        let record = scene.run(0).unwrap().voltages(0.0, 10_000);
+        let power = |part: usize| record.iter().map(|x| x[part] * x[part]).sum::<f64>();
+        power(1) / power(0)
+    };
+    assert!((ratio(false) - 1.0).abs() < 0.1 && (ratio(true) - 4.0).abs() < 0.4);
+}
+
+#[test]
+fn without_rounding_other_faults_stay() {
+    let mut scene = Scene { rate_hz: 256.0, seconds: 1.0, ..Scene::default() };
+    scene.sources = vec![Source::Tone(tone(10.3, 3000.0))];
+    scene.converter.inl_codes = 16.0.into();
+    let codes = scene.run(0).unwrap().codes(0.0, 256);
+    let exact = scene.run(0).unwrap().unrounded(0.0, 256);
+    let pure = scene.run(0).unwrap().voltages(0.0, 256);
+    for ((code, exact), pure) in codes.iter().zip(&exact).zip(&pure) {
+        assert_eq!(f64::from(code[0]), exact[0].round().clamp(-2048.0, 2047.0));
+        assert!((exact[0] - pure[0]).abs() < 50.0 && exact[0] != pure[0]);
+    }
+}
+
+/// Where samples are lost, a walk goes on; where they are old, it was there.
+#[test]
+fn what_changes_is_there_before_and_after_the_scene() {
+    use picket_simulator::scene::Place;
+    let changes = vec![Change::Walk { linewidth_hz: 1.0.into() }];
+    let mut scene = Scene { rate_hz: 64.0, seconds: 1.0, ..Scene::default() };
+    scene.receiver.iq = true;
+    scene.sources = vec![Source::Tone(Tone { changes, ..tone(0.0, 1.0) })];
+    let place = || Some(Place { at: 32.0.into(), count: 100.0.into() });
+    let mut lost = scene.clone();
+    lost.converter.lost = place();
+    scene.converter.stale = place();
+    for scene in [lost, scene] {
+        let record = scene.run(0).unwrap().voltages(0.0, 64);
+        assert!(record[32..].windows(2).all(|pair| pair[0] != pair[1]));
+    }
 }
 
 #[test]

@@ -7,9 +7,10 @@
 use num_complex::Complex;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::{Iq, Real, Record};
+use picket_simulator::Scene;
+use picket_simulator::scene::{Source, Tone};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::StandardNormal;
 use std::f64::consts::TAU;
 
 /// A kind of record with a name.
@@ -97,30 +98,38 @@ impl Signal {
         amplitude / (2.0 * 10f64.powf(self.snr_db / 10.0)).sqrt()
     }
 
-    /// A record as numbers, in codes; real records have no imaginary part.
+    /// The scene of `n` samples: a hertz is a bin, a second a record.
+    pub fn scene(&self, iq: bool, n: usize) -> Scene {
+        let source = |line: &Line| {
+            let mut tone = Tone {
+                frequency_hz: line.bins.into(),
+                amplitude: Some(line.amplitude.abs().into()),
+                ..Tone::default()
+            };
+            if let Some(phase) = line.phase {
+                let turned = if line.amplitude < 0.0 { 0.5 } else { 0.0 };
+                tone.phase_turns = (phase / TAU + turned).into();
+            }
+            Source::Tone(tone)
+        };
+        let sources = self.lines.iter().map(source).collect();
+        let mut scene = Scene { rate_hz: n as f64, seconds: 1.0, sources, ..Scene::default() };
+        scene.receiver.iq = iq;
+        scene.receiver.offset = self.dc.map(Into::into);
+        scene.receiver.noise.rms = Some(self.sigma().into());
+        scene
+    }
+
+    /// A record as numbers, in codes; real records have no imaginary part. Where a number is none, it is silent.
     pub fn record<R: Kind>(&self, n: usize, rng: &mut ChaCha8Rng) -> Vec<Complex<f64>> {
-        let mut record = vec![Complex::new(self.dc[0], if R::IQ { self.dc[1] } else { 0.0 }); n];
-        for line in &self.lines {
-            let phase = line.phase.unwrap_or_else(|| rng.random_range(0.0..TAU));
-            let step = TAU * line.bins / n as f64;
-            for (sample, index) in record.iter_mut().zip(0u32..) {
-                let (sin, cos) = (step * f64::from(index) + phase).sin_cos();
-                sample.re += line.amplitude * cos;
-                if R::IQ {
-                    sample.im += line.amplitude * sin;
-                }
-            }
-        }
-        let sigma = self.sigma();
-        for sample in &mut record {
-            sample.re =
-                self.width.convert(sample.re + sigma * rng.sample::<f64, _>(StandardNormal));
-            if R::IQ {
-                sample.im =
-                    self.width.convert(sample.im + sigma * rng.sample::<f64, _>(StandardNormal));
-            }
-        }
-        record
+        let scene = Scene { seed: rng.random(), ..self.scene(R::IQ, n) };
+        let voltages =
+            scene.run(0).map_or_else(|_| vec![[0.0; 2]; n], |mut run| run.voltages(0.0, n));
+        let convert = |[re, im]: [f64; 2]| {
+            let im = if R::IQ { self.width.convert(im) } else { 0.0 };
+            Complex::new(self.width.convert(re), im)
+        };
+        voltages.into_iter().map(convert).collect()
     }
 
     /// A record as the converter's codes.

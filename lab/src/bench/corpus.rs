@@ -1,9 +1,8 @@
 //! The records whose instructions are counted: what a converter may deliver, not what suits us.
 
 use picket_dsp::acquire::codes::Codes;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use rand_distr::StandardNormal;
+use picket_simulator::scene::{Density, Form, Impulses, Source, Tone};
+use picket_simulator::{Draw, Scene, Value};
 use std::f64::consts::TAU;
 
 /// Records of each kind, as often as a user may meet them.
@@ -20,8 +19,8 @@ const KINDS: [(Make, usize); 10] = [
     (on_the_rails, 4),
 ];
 
-/// Makes a record of this length, in codes that are not yet rounded.
-type Make = fn(&mut ChaCha8Rng, usize) -> Vec<f64>;
+/// Makes the scene of a record of this length: a hertz is a bin, a second a record. What depends on each other is drawn, the rest are intervals.
+type Make = fn(&mut Draw, usize) -> Scene;
 
 /// Full scale in codes of 12 bits.
 const FULL: f64 = 2047.0;
@@ -37,124 +36,132 @@ pub struct Entry {
 
 /// The records of this length: the same for the same seed.
 pub fn corpus(n: usize, seed: u64) -> Vec<Entry> {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed ^ n as u64);
+    let seed = seed ^ n as u64;
     let makes = KINDS.iter().flat_map(|&(make, count)| std::iter::repeat_n(make, count));
-    makes.map(|make| entry(&make(&mut rng, n))).collect()
+    let scene = |(number, make): (u64, Make)| {
+        let scene = make(&mut Draw::new(seed, number), n);
+        entry(&Scene { seed, rate_hz: n as f64, seconds: 1.0, ..scene }, number)
+    };
+    (0..).zip(makes).filter_map(scene).collect()
 }
 
-fn entry(values: &[f64]) -> Entry {
+/// The record of a trial of a scene that can be.
+fn entry(scene: &Scene, trial: u64) -> Option<Entry> {
+    let samples: Vec<i16> = scene.codes(trial).ok()?.into_iter().map(|[code, _]| code).collect();
     let (low, high) = Codes::signed::<12>().rails();
-    let samples: Vec<i16> =
-        values.iter().map(|x| x.round().clamp(low.into(), high.into()) as i16).collect();
     let clipped = samples.iter().any(|x| [low, high].contains(x));
-    Entry { samples, clipped }
+    Some(Entry { samples, clipped })
 }
 
-fn line(rng: &mut ChaCha8Rng, n: usize, bins: f64, amplitude: f64) -> Vec<f64> {
-    let phase = rng.random_range(0.0..TAU);
-    (0..n).map(|t| amplitude * (TAU * bins * t as f64 / n as f64 + phase).cos()).collect()
+fn line(frequency_hz: Value, amplitude: impl Into<Value>) -> Source {
+    let amplitude = Some(amplitude.into());
+    Source::Tone(Tone { frequency_hz, amplitude, ..Tone::default() })
 }
 
-fn with_noise(rng: &mut ChaCha8Rng, values: Vec<f64>, sigma: f64) -> Vec<f64> {
-    values.into_iter().map(|x| x + sigma * rng.sample::<f64, _>(StandardNormal)).collect()
+fn anywhere(n: usize) -> Value {
+    (3.0..n as f64 / 2.0 - 3.0).into()
 }
 
-fn anywhere(rng: &mut ChaCha8Rng, n: usize) -> f64 {
-    rng.random_range(3.0..n as f64 / 2.0 - 3.0)
+/// Any power of ten between two.
+fn decades(draw: &mut Draw, low: f64, high: f64) -> f64 {
+    10f64.powf(draw.between(low, high))
 }
 
-/// The noise of a tone at this signal-to-noise ratio, and an amplitude that leaves it room.
-fn level(rng: &mut ChaCha8Rng, snr_db: f64) -> (f64, f64) {
+/// A tone at this signal-to-noise ratio, of an amplitude that leaves its noise room; this share of both. With the most that it reaches, codes.
+fn in_noise(draw: &mut Draw, bins: Value, snr_db: f64, share: f64) -> (Scene, f64) {
     let ratio = 10f64.powf(snr_db / 20.0) * 2f64.sqrt();
     let most = FULL / (1.0 + 4.5 / ratio);
-    let amplitude = most * 10f64.powf(rng.random_range(-1.0..-0.02));
-    (amplitude, amplitude / ratio)
-}
-
-fn in_noise(rng: &mut ChaCha8Rng, n: usize, bins: f64, snr_db: f64) -> Vec<f64> {
-    let (amplitude, sigma) = level(rng, snr_db);
-    let values = line(rng, n, bins, amplitude);
-    with_noise(rng, values, sigma)
+    let amplitude = share * most * decades(draw, -1.0, -0.02);
+    let mut scene = Scene { sources: vec![line(bins, amplitude)], ..Scene::default() };
+    scene.receiver.noise.snr_db = Some(snr_db.into());
+    (scene, amplitude * (1.0 + 4.5 / ratio))
 }
 
 /// -5 to 60 dB, at any frequency.
-fn tone(rng: &mut ChaCha8Rng, n: usize) -> Vec<f64> {
-    let (bins, snr_db) = (anywhere(rng, n), rng.random_range(-5.0..60.0));
-    in_noise(rng, n, bins, snr_db)
+fn tone(draw: &mut Draw, n: usize) -> Scene {
+    let snr_db = draw.between(-5.0, 60.0);
+    in_noise(draw, anywhere(n), snr_db, 1.0).0
 }
 
 /// The line is 8 to 14 dB above the noise of a bin.
-fn at_the_threshold(rng: &mut ChaCha8Rng, n: usize) -> Vec<f64> {
-    let bins = anywhere(rng, n);
-    let snr_db = rng.random_range(8.0..14.0) - 10.0 * (n as f64 / 2.0).log10();
-    in_noise(rng, n, bins, snr_db)
+fn at_the_threshold(draw: &mut Draw, n: usize) -> Scene {
+    let snr_db = draw.between(8.0, 14.0) - 10.0 * (n as f64 / 2.0).log10();
+    in_noise(draw, anywhere(n), snr_db, 1.0).0
 }
 
 /// Within three bins of DC or of half the rate.
-fn at_an_edge(rng: &mut ChaCha8Rng, n: usize) -> Vec<f64> {
-    let near = rng.random_range(0.5..3.0);
-    let bins = if rng.random() { near } else { n as f64 / 2.0 - near };
-    let snr_db = rng.random_range(0.0..60.0);
-    in_noise(rng, n, bins, snr_db)
+fn at_an_edge(draw: &mut Draw, n: usize) -> Scene {
+    let half = n as f64 / 2.0;
+    let bins = if draw.either() { 0.5..3.0 } else { half - 3.0..half - 0.5 };
+    let snr_db = draw.between(0.0, 60.0);
+    in_noise(draw, bins.into(), snr_db, 1.0).0
 }
 
 /// Two to six lines up to 40 dB below the first.
-fn several_lines(rng: &mut ChaCha8Rng, n: usize) -> Vec<f64> {
-    let mut values = tone(rng, n).iter().map(|x| x / 3.0).collect::<Vec<_>>();
-    for _ in 0..rng.random_range(1..6) {
-        let (bins, amplitude) = (anywhere(rng, n), 200.0 * 10f64.powf(rng.random_range(-2.0..0.0)));
-        let other = line(rng, n, bins, amplitude);
-        values.iter_mut().zip(other).for_each(|(x, y)| *x += y);
+fn several_lines(draw: &mut Draw, n: usize) -> Scene {
+    let snr_db = draw.between(-5.0, 60.0);
+    let (mut scene, _) = in_noise(draw, anywhere(n), snr_db, 1.0 / 3.0);
+    for _ in 0..=draw.below(5) {
+        scene.sources.push(line(anywhere(n), 200.0 * decades(draw, -2.0, 0.0)));
     }
-    values
+    scene
 }
 
 /// Noise of a low-pass or of a difference, with a tone or without.
-fn coloured_noise(rng: &mut ChaCha8Rng, n: usize) -> Vec<f64> {
-    let (pole, mut state) = (rng.random_range(-0.95..0.95), 0.0);
-    let white = with_noise(rng, vec![0.0; n], 60.0);
-    let (bins, amplitude) = (anywhere(rng, n), rng.random_range(0.0..200.0));
-    let tone = line(rng, n, bins, amplitude);
-    let filtered = white.into_iter().map(|x| {
-        state = pole * state + x;
-        state
-    });
-    filtered.zip(tone).map(|(x, y)| x + y).collect()
+fn coloured_noise(draw: &mut Draw, n: usize) -> Scene {
+    const POINTS: usize = 32;
+    let pole = draw.between(-0.95, 0.95);
+    let point = |index: usize| {
+        let share = index as f64 / (2 * POINTS) as f64;
+        let power = 1.0 - 2.0 * pole * (TAU * share).cos() + pole * pole;
+        [share * n as f64, -10.0 * power.log10()]
+    };
+    let mut scene = Scene { sources: vec![line(anywhere(n), 0.0..200.0)], ..Scene::default() };
+    scene.receiver.noise.rms = Some((60.0 / (1.0 - pole * pole).sqrt()).into());
+    scene.receiver.noise.shape =
+        vec![Density::Points { points: (0..=POINTS).map(point).collect() }];
+    scene
 }
 
-fn noise(rng: &mut ChaCha8Rng, n: usize) -> Vec<f64> {
-    let sigma = 10f64.powf(rng.random_range(-0.5..2.6));
-    with_noise(rng, vec![0.0; n], sigma)
+fn noise(draw: &mut Draw, _: usize) -> Scene {
+    let mut scene = Scene::default();
+    scene.receiver.noise.rms = Some(decades(draw, -0.5, 2.6).into());
+    scene
 }
 
-fn silence(rng: &mut ChaCha8Rng, n: usize) -> Vec<f64> {
-    vec![rng.random_range(-500.0..500.0); n]
+fn silence(_: &mut Draw, _: usize) -> Scene {
+    let mut scene = Scene::default();
+    scene.receiver.offset[0] = (-500.0..500.0).into();
+    scene
 }
 
-/// A tone with up to eight samples anywhere in the range.
-fn impulses(rng: &mut ChaCha8Rng, n: usize) -> Vec<f64> {
-    let mut values = tone(rng, n);
-    for _ in 0..rng.random_range(1..9) {
-        let at = rng.random_range(0..n);
-        values[at] = rng.random_range(-0.99 * FULL..0.99 * FULL);
-    }
-    values
+/// A tone with up to eight samples that stick out, as far as there is room.
+fn impulses(draw: &mut Draw, n: usize) -> Scene {
+    let snr_db = draw.between(-5.0, 60.0);
+    let (mut scene, most) = in_noise(draw, anywhere(n), snr_db, 1.0);
+    let (count, codes) = ((0.5..8.5).into(), (0.0..(0.99 * FULL - most).max(0.0)).into());
+    scene.receiver.impulses = Some(Impulses { count, codes });
+    scene
 }
 
 /// A tone up to six times as large as the range, off its middle or not.
-fn overdriven(rng: &mut ChaCha8Rng, n: usize) -> Vec<f64> {
-    let (bins, snr_db) = (anywhere(rng, n), rng.random_range(10.0..60.0));
-    let amplitude = FULL * rng.random_range(1.005..6.0);
-    let offset = FULL * rng.random_range(-0.5..0.5);
-    let values = line(rng, n, bins, amplitude).into_iter().map(|x| x + offset).collect();
-    with_noise(rng, values, amplitude / 2f64.sqrt() * 10f64.powf(-snr_db / 20.0))
+fn overdriven(_: &mut Draw, n: usize) -> Scene {
+    let amplitude = 1.005 * FULL..6.0 * FULL;
+    let mut scene = Scene { sources: vec![line(anywhere(n), amplitude)], ..Scene::default() };
+    scene.receiver.offset[0] = (-0.5 * FULL..0.5 * FULL).into();
+    scene.receiver.noise.snr_db = Some((10.0..60.0).into());
+    scene
 }
 
 /// Nothing but rails: a stuck input, or a square.
-fn on_the_rails(rng: &mut ChaCha8Rng, n: usize) -> Vec<f64> {
-    if rng.random() {
-        return vec![FULL + 10.0; n];
+fn on_the_rails(draw: &mut Draw, n: usize) -> Scene {
+    let mut scene = Scene::default();
+    if draw.either() {
+        scene.receiver.offset[0] = (FULL + 10.0).into();
+    } else {
+        let (frequency_hz, amplitude) = (anywhere(n), Some((FULL + 10.0).into()));
+        let square = Tone { frequency_hz, amplitude, form: Form::Square, ..Tone::default() };
+        scene.sources.push(Source::Tone(square));
     }
-    let bins = anywhere(rng, n);
-    line(rng, n, bins, 1.0).into_iter().map(|x| x.signum() * (FULL + 10.0)).collect()
+    scene
 }

@@ -1,7 +1,7 @@
 //! Impairments as a user types them: `chirp`, `chirp:0.3`, `second-tone:offset=0.5/1,level-db=-20,hum`, and pairs of them:
 //! `chirp:0.3+hum`.
 
-use super::list::{Entry, GROUPS, Key, Stage};
+use super::list::{Concerns, Entry, GROUPS, Key};
 use super::{Impairment, Part};
 use picket_dsp::methods::registry::Records;
 
@@ -98,7 +98,7 @@ fn fit_together(entries: &[&Entry]) -> Result<(), String> {
         if name == "none" {
             return apart(format!("none adds nothing: {beside} alone is the same"));
         }
-        if one.noiseless && other.stage == Stage::Noise {
+        if one.noiseless && other.concerns == Concerns::Noise {
             return apart(format!("{name} has no noise: join {beside} to another one"));
         }
         if one.records == Records::Real && other.records == Records::Iq {
@@ -107,7 +107,7 @@ fn fit_together(entries: &[&Entry]) -> Result<(), String> {
             ));
         }
     }
-    if a.stage == Stage::Level && b.stage == Stage::Level {
+    if a.concerns == Concerns::Level && b.concerns == Concerns::Level {
         return apart("both say how strong the tone is: join either to another one".into());
     }
     Ok(())

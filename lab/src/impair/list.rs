@@ -1,8 +1,11 @@
 //! The impairments by name: one entry each. The command line, the report and the tests read this list.
 
-use super::scene::{Range, Scene};
-use super::{added, converter, digital, noise, sampling, tone};
+use super::making::{Making, Range};
 use picket_dsp::methods::registry::Records;
+use picket_simulator::Value;
+use picket_simulator::scene::{Change, Density, Impulses, NoiseBurst, Place as At, StuckBit, Tone};
+use rand::RngExt;
+use std::f64::consts::TAU;
 
 /// A severity of an impairment.
 #[derive(Debug, PartialEq)]
@@ -69,32 +72,15 @@ impl Place {
     }
 }
 
-/// Where on its way an impairment meets the signal. Two of them in one record are applied in this order, which is that of the way
-/// but for the samples' times: what source and surroundings send is read at them, so they are set first.
+/// What an impairment says that no second one can say, or that others need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Stage {
-    /// How strong the tone is at the converter.
+pub(super) enum Concerns {
+    /// How strong the tone is at the converter: what refers to it comes after.
     Level,
-    /// When samples are taken.
-    Sampling,
-    /// The source.
-    Source,
-    /// Other signals.
-    Added,
     /// The shape of the noise.
     Noise,
-    /// Mixers, whose outputs are I and Q.
-    Mixer,
-    /// The amplifier before the converter.
-    Amplifier,
-    /// The converter.
-    Converter,
-    /// The converter's codes.
-    Codes,
-    /// The lines of the bus that the codes take.
-    Bus,
-    /// How they are read.
-    Reading,
+    /// Neither.
+    Else,
 }
 
 /// An impairment.
@@ -110,8 +96,8 @@ pub struct Entry {
     /// Whether its records have no noise.
     pub noiseless: bool,
     pub(super) place: Place,
-    pub(super) stage: Stage,
-    pub(super) apply: fn(&mut Scene, &[f64]),
+    pub(super) concerns: Concerns,
+    pub(super) apply: fn(&mut Making, &[f64]),
 }
 
 impl std::fmt::Debug for Entry {
@@ -130,12 +116,19 @@ impl Entry {
     const fn new(
         name: &'static str,
         doc: &'static str,
-        stage: Stage,
         keys: &'static [Key],
-        apply: fn(&mut Scene, &[f64]),
+        apply: fn(&mut Making, &[f64]),
     ) -> Self {
-        let (records, place) = (Records::Both, Place::All);
-        Entry { name, doc, keys, records, noiseless: false, place, stage, apply }
+        let (records, place, concerns) = (Records::Both, Place::All, Concerns::Else);
+        Entry { name, doc, keys, records, noiseless: false, place, concerns, apply }
+    }
+
+    const fn level(self) -> Self {
+        Entry { concerns: Concerns::Level, ..self }
+    }
+
+    const fn noise(self) -> Self {
+        Entry { concerns: Concerns::Noise, ..self }
     }
 
     const fn at(self, place: Place) -> Self {
@@ -182,51 +175,91 @@ pub const GROUPS: [(&str, &[Entry], &str); 3] = [
     ),
 ];
 
+/// Longer than any time at which a sample is taken, in blocks.
+const FOR_EVER: f64 = 1e30;
+
+/// The factor of an amplitude for decibels.
+fn factor(db: f64) -> f64 {
+    10f64.powf(db / 20.0)
+}
+
+/// A tone so many decibels beyond the rails.
+fn beyond_the_rails(of: &mut Making, v: &[f64]) {
+    of.amplitude = of.rail * factor(v[0]);
+}
+
+/// A jump by so many turns, or so many bins, either way and anywhere.
+fn jump(turns: f64, hz: f64) -> Change {
+    let at_s = (0.0..1.0).into();
+    Change::Jump { turns: Value::either_way(turns), hz: Value::either_way(hz), at_s }
+}
+
+/// A straight line over the block, or a parabola, so many codes at its ends. Samples may be taken before and after the block.
+fn drift(codes: f64, bent: bool) -> Value {
+    let line = |u: f64| codes * (2.0 * u - 1.0);
+    if !bent {
+        return Value::Over([-1e3, 1e3].map(|u| [u, line(u)]).into());
+    }
+    // Straight between points, which is off by 1e-4 of the whole at most.
+    let parabola = |u: f64| codes * (1.5 * (2.0 * u - 1.0).powi(2) - 0.5);
+    Value::Over(
+        (-128..=256).map(|step| f64::from(step) / 128.0).map(|u| [u, parabola(u)]).collect(),
+    )
+}
+
+/// A bump or a dent of the noise, beside the tone on either side.
+fn bump(of: &mut Making, v: &[f64]) {
+    let (level_db, width_hz, offset_hz) = (v[0].into(), v[1].into(), Value::either_way(v[2]));
+    of.shape(Density::Bump { level_db, width_hz, offset_hz, at_hz: None });
+}
+
 /// Faults of a digital front end. They are asked for by their names, and are no part of `all`: most of them give lines as strong as
 /// the tone, and what tells of them is tested apart (host-tests, `front_end`).
 pub const FRONT_END: &[Entry] = &[
     Entry::new(
         "wrap",
         "a tone so much beyond the rails, whose codes go on at the other end",
-        Stage::Level,
         &[Key::new("over-db", DB, &[0.1, 1.0, 6.0], (0.0, 40.0))],
-        digital::wrap,
-    ),
-    Entry::new(
-        "swapped",
-        "the two samples of each word change places",
-        Stage::Reading,
-        &[],
-        digital::swapped,
+        |of, v| {
+            beyond_the_rails(of, v);
+            of.converter.wraps = true;
+        },
     )
+    .level(),
+    Entry::new("swapped", "the two samples of each word change places", &[], |of, _| {
+        of.converter.swapped = true
+    })
     .real(),
     Entry::new(
         "wrong-sign",
         "codes that count from 0 are read as signed ones, or the other way round",
-        Stage::Reading,
         &[],
-        digital::wrong_sign,
+        |of, _| of.converter.wrong_sign = true,
     ),
     Entry::new(
         "stuck-bit",
         "a bit of the codes, 0 the lowest, that is always low (0) or high (1)",
-        Stage::Bus,
         &[Key::new("bit", "", &[4.0, 8.0], (0.0, 15.0)), Key::new("level", "", &[0.0, 1.0], ONE)],
-        digital::stuck_bit,
+        |of, v| {
+            // A converter of fewer bits has the highest one.
+            let bit = (v[0].round() as u32).min(of.converter.bits - 1);
+            of.converter.stuck_bit = Some(StuckBit { bit, high: v[1] > 0.5 });
+        },
     ),
     Entry::new(
         "missing-codes",
         "codes that never come, so many at each change of the upper three bits",
-        Stage::Codes,
         &[Key::new("lsb", LSB, &[4.0, 16.0], MANY)],
-        digital::missing_codes,
+        |of, v| of.converter.missing_codes = v[0].round() as usize,
     ),
     Entry::new(
         "stale-buffer",
         "the end of the block, this share of it, is the end of the block before",
-        Stage::Sampling,
         &[Key::new("share", "", &[0.25, 0.5], ONE)],
-        digital::stale_buffer,
+        |of, v| {
+            let (at, count) = (((1.0 - v[0]) * of.n).into(), of.n.into());
+            of.converter.stale = Some(At { at, count });
+        },
     ),
 ];
 
@@ -236,348 +269,351 @@ pub const SIGNALS: &[Entry] = &[
     Entry::new(
         "burst",
         "a particle in a laser's fringes: a Gaussian envelope, so many blocks wide, on this pedestal",
-        Stage::Source,
         &[
             Key::new("deviation", "blocks", &[0.05, 0.1, 0.2, 0.35], (1e-3, 1e3)),
             Key::new("pedestal", "", &[0.0, 1.0], MANY),
         ],
-        tone::burst,
+        |of, v| {
+            let burst = Change::Burst {
+                middle_s: of.rng.random_range(0.0..1.0).into(),
+                deviation_s: v[0].into(),
+            };
+            of.change(burst.clone());
+            if v[1] > 0.0 {
+                // The pedestal is the light without its fringes: a real waveform in any direction of the plane of I and Q.
+                let phase_turns = if of.iq { (0.0..1.0).into() } else { [0.0, 0.5].into() };
+                let pedestal = Tone { phase_turns, ..Tone::default() };
+                of.add(pedestal, 20.0 * v[1].log10(), vec![burst]);
+            }
+        },
     ),
     Entry::new(
         "particles",
         "so many such particles a block in a steady flow, at random; the flow's frequency is true",
-        Stage::Source,
         &[
             // Each particle is in each sample: more of them, or longer ones, would take minutes.
             Key::new("rate", "", &[1.0, 4.0], (1e-2, 100.0)),
             Key::new("deviation", "blocks", &[0.1], (1e-3, 10.0)),
         ],
-        tone::particles,
+        |of, v| {
+            // Particles are of different sizes, and cross the beam at different distances.
+            let [per_s, deviation_s, nepers] = [v[0], v[1], 2.0].map(Value::Fixed);
+            of.change(Change::Bursts { per_s, deviation_s, nepers });
+        },
     ),
     Entry::new(
         "speckle",
         "the envelope of a rough surface that moves, full width at half of its height; the carrier is true",
-        Stage::Source,
         &[Key::new("bandwidth", BINS, &[0.03, 0.1, 0.3, 1.0], (1e-3, 1e3))],
-        tone::speckle,
+        |of, v| of.change(Change::Speckle { bandwidth_hz: v[0].into() }),
     ),
     Entry::new(
         "linewidth",
         "a laser's Lorentzian line, full width at half of its height; the carrier is true",
-        Stage::Source,
         &[Key::new("width", BINS, &[0.003, 0.01, 0.03, 0.1], (0.0, 1e3))],
-        tone::linewidth,
+        |of, v| of.linewidth = Some(Change::Walk { linewidth_hz: v[0].into() }),
     ),
     Entry::new(
         "blades",
         "a fan before the body, that hides so much of it, so many blades a block",
-        Stage::Source,
         &[
             Key::new("depth", "", &[0.1, 0.5], ONE),
             Key::new("count", "", &[3.0, 10.0], (1e-3, 1e4)),
         ],
-        tone::blades,
+        |of, v| of.change(Change::Hidden { depth: v[0].into(), rate_hz: v[1].into() }),
     ),
     Entry::new(
         "fm",
         "a frequency that swings by so much to each side, in so many cycles a block",
-        Stage::Source,
         &[
             Key::new("deviation", BINS, &[0.3, 3.0], MANY),
             Key::new("cycles", "cycles", &[0.5, 3.0, 10.0], (1e-3, 1e4)),
         ],
-        tone::fm,
+        |of, v| of.change(Change::Fm { deviation_hz: v[0].into(), rate_hz: v[1].into() }),
     ),
     Entry::new(
         "keying",
         "a tone that is on or off at random, bit by bit, so many a block",
-        Stage::Source,
         &[Key::new("bits", "", &[4.0, 16.0], (1e-3, 1e4))],
-        tone::keying,
+        |of, v| of.change(Change::Keyed { bits_hz: v[0].into() }),
     ),
 ];
 
 /// Every impairment of `all`.
 pub const LIST: &[Entry] = &[
-    Entry::new("none", "nothing: a tone in white noise", Stage::Source, &[], |_, _| {}),
+    Entry::new("none", "nothing: a tone in white noise", &[], |_, _| {}),
     Entry::new(
         "dc",
         "a constant offset",
-        Stage::Added,
         &[Key::new("fs", FS, &[0.01, 0.05], ONE)],
-        added::dc,
+        |of, v| of.hum(0.0, v[0], Some(0.0.into())),
     )
     .at(Place::Low),
     Entry::new(
         "hum",
         "a sine of a few cycles a block",
-        Stage::Added,
         &[Key::new("cycles", "cycles", &[0.3, 1.5], MANY), Key::new("fs", FS, &[0.01, 0.05], ONE)],
-        added::hum,
+        |of, v| of.hum(v[0], v[1], None),
     )
     .at(Place::Low),
     Entry::new(
         "drift",
         "a straight line (order 1) or a parabola (2) over the block",
-        Stage::Added,
         &[Key::new("fs", FS, &[0.01, 0.05], ONE), Key::new("order", "", &[1.0, 2.0], (1.0, 2.0))],
-        added::drift,
+        |of, v| of.receiver.drift = Some(drift(v[0] * of.rail, v[1] > 1.5)),
     )
     .at(Place::Low),
     Entry::new(
         "harmonics",
         "the second harmonic and the third, each so much below the tone, folded",
-        Stage::Added,
         &[Key::new("level-db", DB, &[-40.0, -20.0], LEVEL)],
-        added::harmonics,
+        |of, v| of.tone.harmonics = vec![[2.0, v[0]], [3.0, v[0]]],
     ),
     Entry::new(
         "clip-analogue",
         "an amplifier that ends so much below the tone's crest, before the converter",
-        Stage::Amplifier,
         &[Key::new("over-db", DB, &[0.5, 3.0], LEVEL)],
-        converter::clip_analogue,
+        |of, v| of.receiver.limit = Some(of.amplitude * factor(-v[0])),
     ),
     Entry::new(
         "clip-converter",
         "a tone so much beyond the converter's rails",
-        Stage::Level,
         &[Key::new("over-db", DB, &[0.1, 1.0, 6.0], LEVEL)],
-        converter::clip_converter,
-    ),
+        beyond_the_rails,
+    ).level(),
     Entry::new(
         "impulses",
         "single samples that stick out, anywhere",
-        Stage::Added,
         &[
             Key::new("count", "samples", &[1.0, 5.0], MANY),
             Key::new("fs", FS, &[0.1, 0.5], (0.0, 10.0)),
         ],
-        added::impulses,
+        |of, v| {
+            let (count, codes) = (v[0].into(), (v[1] * of.rail).into());
+            of.receiver.impulses = Some(Impulses { count, codes });
+        },
     ),
     Entry::new(
         "lost",
         "samples that are missing in one place",
-        Stage::Sampling,
         &[Key::new("count", "samples", &[1.0, 4.0, 16.0], MANY)],
-        sampling::lost,
+        |of, v| of.converter.lost = Some(At { at: of.anywhere(), count: v[0].into() }),
     ),
     Entry::new(
         "doubled",
         "a sample that comes again, so many times",
-        Stage::Sampling,
         &[Key::new("count", "samples", &[1.0, 4.0, 16.0], MANY)],
-        sampling::doubled,
+        |of, v| of.converter.repeated = Some(At { at: of.anywhere(), count: v[0].into() }),
     ),
     Entry::new(
         "inl",
         "a bent characteristic of the converter: so many codes at most",
-        Stage::Converter,
         &[Key::new("lsb", LSB, &[4.0, 16.0], MANY)],
-        converter::inl,
+        |of, v| of.converter.inl_codes = v[0].into(),
     ),
     Entry::new(
         "steps",
         "step errors of the converter: its upper bits weigh wrong, by so many codes the top one",
-        Stage::Converter,
         &[Key::new("lsb", LSB, &[1.0, 8.0], MANY)],
-        converter::steps,
+        |of, v| of.converter.step_codes = v[0].into(),
     ),
     Entry {
         noiseless: true,
         ..Entry::new(
             "quantise",
             "rounding alone, without noise: a tone of so many codes",
-            Stage::Level,
             &[Key::new("codes", "", &[2.0, 20.0, 200.0], (0.5, 1e6))],
-            converter::quantise,
-        )
+            |of, v| {
+                of.amplitude = v[0];
+                of.receiver.noise.snr_db = None;
+                // It meets the codes anywhere.
+                of.receiver.offset = [(-0.5..0.5).into(), (-0.5..0.5).into()];
+            },
+        ).level()
     },
     Entry::new(
         "chirp",
         "a frequency that changes evenly, so much over the block",
-        Stage::Source,
         &[Key::new("rate", BINS, &[0.05, 0.1, 0.3, 0.5, 1.0], MANY)],
-        tone::chirp,
+        |of, v| {
+            // The mean is that in the middle of the samples.
+            let (hz_per_s, at_s) = (Value::either_way(v[0]), (0.5 - 0.5 / of.n).into());
+            of.change(Change::Chirp { hz_per_s, at_s });
+        },
     ),
     Entry::new(
         "am",
         "an amplitude that swings by this share of itself, in so many cycles a block",
-        Stage::Source,
         &[
             Key::new("depth", "", &[0.1, 0.5], ONE),
             Key::new("cycles", "cycles", &[0.3, 0.5, 1.0], MANY),
         ],
-        tone::am,
+        |of, v| of.change(Change::Am { depth: v[0].into(), rate_hz: v[1].into() }),
     ),
     Entry::new(
         "phase-walk",
         "a phase that wanders at random, rms so far over the block",
-        Stage::Source,
         &[Key::new("rms", RAD, &[0.03, 0.1, 0.3], MANY)],
-        tone::phase_walk,
+        |of, v| of.change(Change::Walk { linewidth_hz: (v[0] * v[0] / TAU).into() }),
     ),
     Entry::new(
         "phase-jump",
         "a phase that jumps once, anywhere",
-        Stage::Source,
         &[Key::new("size", RAD, &[0.05, 0.1, 0.3], MANY)],
-        tone::phase_jump,
+        |of, v| of.change(jump(v[0] / TAU, 0.0)),
     ),
     Entry::new(
         "frequency-step",
         "a frequency that changes once, anywhere",
-        Stage::Source,
         &[Key::new("size", BINS, &[0.1, 1.0, 10.0], MANY)],
-        tone::frequency_step,
+        |of, v| of.change(jump(0.0, v[0])),
     ),
     Entry::new(
         "second-tone",
         "a weaker tone so far beside",
-        Stage::Added,
         &[
             Key::new("offset", BINS, &[0.3, 0.5, 0.75, 1.0, 2.0, 10.0], MANY),
             Key::new("level-db", DB, &[-10.0, -20.0, -30.0, -40.0], LEVEL),
         ],
-        added::second_tone,
+        |of, v| {
+            let frequency_hz = Value::either_way(v[0]);
+            of.add(Tone { frequency_hz, beside: Some(0), ..Tone::default() }, v[1], Vec::new());
+        },
     ),
     Entry::new(
         "tone-burst",
         "a tone anywhere in the band that lasts for this share of the block",
-        Stage::Added,
         &[Key::new("share", "", &[0.2], ONE), Key::new("level-db", DB, &[-6.0], LEVEL)],
-        added::tone_burst,
+        |of, v| {
+            let low = if of.iq { -0.5 * of.n } else { 0.0 };
+            let tone = Tone { frequency_hz: (low..0.5 * of.n).into(), ..Tone::default() };
+            let (from_s, for_s) = ((0.0..1.0 - v[0]).into(), v[0].into());
+            of.add(tone, v[1], vec![Change::On { from_s, for_s }]);
+        },
     ),
     Entry::new(
         "noise-burst",
         "more noise in this share of the block, so strong against the tone",
-        Stage::Added,
         &[Key::new("share", "", &[0.1], ONE), Key::new("level-db", DB, &[-10.0, 0.0], LEVEL)],
-        added::noise_burst,
+        |of, v| {
+            let rms = (of.amplitude * factor(v[1]) / 2f64.sqrt()).into();
+            let (from_s, for_s) = ((0.0..1.0 - v[0]).into(), v[0].into());
+            of.receiver.noise_burst = Some(NoiseBurst { rms, from_s, for_s });
+        },
     ),
     Entry::new(
         "noise-slope",
         "noise that rises by so many decibels over the band",
-        Stage::Noise,
         &[Key::new("rise-db", DB, &[-20.0, 20.0, 40.0], (-80.0, 80.0))],
-        noise::slope,
-    ),
+        |of, v| of.shape(Density::Slope { rise_db: v[0].into() }),
+    ).noise(),
     Entry::new(
         "noise-notch",
         "a dent in the noise, beside the tone",
-        Stage::Noise,
         &[
             Key::new("level-db", DB, &[-20.0], (-80.0, 0.0)),
             Key::new("width", BINS, &[10.0, 40.0], (0.1, 1e4)),
             Key::new("offset", BINS, &[0.0, 20.0], MANY),
         ],
-        noise::bump,
-    ),
+        bump,
+    ).noise(),
     Entry::new(
         "noise-hump",
         "a bump of the noise, beside the tone",
-        Stage::Noise,
         &[
             Key::new("level-db", DB, &[10.0, 20.0], (0.0, 80.0)),
             Key::new("width", BINS, &[10.0, 40.0], (0.1, 1e4)),
             Key::new("offset", BINS, &[0.0, 20.0], MANY),
         ],
-        noise::bump,
-    ),
+        bump,
+    ).noise(),
     Entry::new(
         "noise-flicker",
         "noise whose power goes with this power of one over the frequency",
-        Stage::Noise,
         &[Key::new("power", "", &[1.0, 2.0], (0.0, 4.0))],
-        noise::flicker,
-    ),
+        |of, v| of.shape(Density::Flicker { power: v[0].into() }),
+    ).noise(),
     Entry::new(
         "noise-low-pass",
         "noise behind a steep filter (Butterworth's), its corner a share of Nyquist's frequency",
-        Stage::Noise,
         &[
             Key::new("corner", "", &[0.5, 0.25, 0.12], CORNER),
             Key::new("order", "", &[8.0], (1.0, 16.0)),
         ],
-        noise::low_pass,
-    )
+        |of, v| {
+            of.shape(Density::LowPass { corner_hz: of.share_of_nyquist(v[0]), order: v[1] });
+        },
+    ).noise()
     .at(Place::Below(0)),
     Entry::new(
         "noise-rc",
         "noise behind sections of resistor and capacitor; 0.6 is docs/board.md's filter at 2.4 MS/s",
-        Stage::Noise,
         &[
             Key::new("corner", "", &[0.6, 0.25], CORNER),
             Key::new("sections", "", &[2.0], (1.0, 8.0)),
         ],
-        noise::rc,
-    ),
+        |of, v| of.shape(Density::Rc { corner_hz: of.share_of_nyquist(v[0]), sections: v[1] }),
+    ).noise(),
     Entry::new(
         "noise-band-pass",
         "noise in a band alone, its middle and width shares of Nyquist's frequency",
-        Stage::Noise,
         &[Key::new("middle", "", &[0.5], ONE), Key::new("width", "", &[0.125, 0.5], (1e-3, 1.0))],
-        noise::band_pass,
-    )
+        |of, v| {
+            let [middle_hz, width_hz] = [v[0], v[1]].map(|share| of.share_of_nyquist(share));
+            of.shape(Density::BandPass { middle_hz, width_hz });
+        },
+    ).noise()
     .at(Place::Within(0, 1)),
     Entry::new(
         "start",
         "a tone that is not there for this share of the block, then begins",
-        Stage::Source,
         &[Key::new("share", "", &[0.2, 0.5, 0.8], ONE)],
-        tone::start,
+        |of, v| of.change(Change::On { from_s: v[0].into(), for_s: FOR_EVER.into() }),
     ),
     Entry::new(
         "decay",
         "a tone that dies away, to 1/e in so many blocks",
-        Stage::Source,
         &[Key::new("time", "blocks", &[2.0, 1.0, 0.5], (1e-3, 1e6))],
-        tone::decay,
+        |of, v| of.change(Change::Decay { time_s: v[0].into(), from_s: 0.0.into() }),
     ),
     Entry::new(
         "jitter",
         "a clock that trembles, rms",
-        Stage::Sampling,
         &[Key::new("rms", SAMPLES, &[0.01, 0.1], MANY)],
-        sampling::jitter,
+        |of, v| of.converter.jitter_s = v[0] / of.n,
     ),
     Entry::new(
         "skew",
         "two converters in turn, the second so late",
-        Stage::Sampling,
         &[Key::new("late", SAMPLES, &[0.02, 0.2], MANY)],
-        sampling::skew,
+        |of, v| of.converter.skew_s = v[0] / of.n,
     ),
     Entry::new(
         "iq-gain",
         "Q so much stronger than I",
-        Stage::Mixer,
         &[Key::new("level-db", DB, &[0.1, 1.0, 3.0], LEVEL)],
-        converter::iq_gain,
+        |of, v| of.receiver.gain_error = (factor(v[0]) - 1.0).into(),
     )
     .iq(),
     Entry::new(
         "iq-phase",
         "Q so far from right angles",
-        Stage::Mixer,
         &[Key::new("angle", "deg", &[1.0, 5.0, 20.0], (-180.0, 180.0))],
-        converter::iq_phase,
+        |of, v| of.receiver.quadrature_rad = v[0].to_radians().into(),
     )
     .iq(),
     Entry::new(
         "iq-delay",
         "Q so late",
-        Stage::Sampling,
         &[Key::new("late", SAMPLES, &[0.1, 1.0], MANY)],
-        sampling::iq_delay,
+        |of, v| of.receiver.q_late_s = (v[0] / of.n).into(),
     )
     .iq(),
     Entry::new(
         "iq-dead",
         "nothing on Q (part 1) or on I (0)",
-        Stage::Mixer,
         &[Key::new("part", "", &[0.0, 1.0], ONE)],
-        converter::iq_dead,
+        |of, v| of.receiver.dead = Some(usize::from(v[0] > 0.5)),
     )
     .iq(),
 ];

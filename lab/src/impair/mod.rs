@@ -1,23 +1,19 @@
 //! Records as front ends deliver them: one tone in noise, and one thing wrong with it, or two.
 //!
-//! The generator knows nothing of the estimators. A record depends on the generator's seed and stream alone,
-//! and says its own truth: the mean frequency of the tone over the block, or of a carrier with a width of its own that of the carrier.
+//! Each is a change of a [scene](picket_simulator::Scene), whose records know nothing of the estimators. A record depends on the generator's
+//! seed and stream alone, and says its own truth: the mean frequency of the tone over the block, or of a carrier with a width of its own
+//! that of the carrier.
 
-mod added;
-mod converter;
-mod digital;
 mod grammar;
 mod list;
-mod noise;
-mod sampling;
-mod scene;
-mod tone;
+mod making;
 
 pub use grammar::help;
 pub use list::{Entry, FRONT_END, GROUPS, Key, LIST, SIGNALS};
-pub use scene::{Impaired, Scene, Setup};
+pub use making::{Impaired, Setup};
 
 use crate::simulate::Kind;
+use making::Making;
 use picket_dsp::acquire::sample::Record;
 use rand_chacha::ChaCha8Rng;
 
@@ -120,15 +116,15 @@ impl Impairment {
     /// Not generic, so that it is compiled here, once.
     fn either(&self, iq: bool, setup: &Setup, rng: &mut ChaCha8Rng) -> Impaired {
         let mut parts: Vec<&Part> = self.parts.iter().collect();
-        // By their names within a stage, so that a pair is the same either way round.
-        parts.sort_by_key(|part| (part.entry.stage, part.entry.name));
+        // By their names, so that a pair is the same either way round; what says how strong the tone is comes first.
+        parts.sort_by_key(|part| (part.entry.concerns, part.entry.name));
         let places = parts.iter().map(|part| part.entry.place.range(&part.values, setup.n));
         let range = setup.bins.or_else(|| places.reduce(narrower)).unwrap_or_default();
-        let mut scene = Scene::new(iq, setup, range, rng);
+        let mut making = Making::new(iq, setup, range, rng);
         for part in parts {
-            (part.entry.apply)(&mut scene, &part.values);
+            (part.entry.apply)(&mut making, &part.values);
         }
-        scene.record(setup)
+        making.record(setup)
     }
 }
 
