@@ -51,6 +51,9 @@ struct Line {
     shares: [f64; 2],
 }
 
+/// Steps of the band in which the power of filtered noise is summed up.
+const STEPS: i32 = 20_000;
+
 /// A filter of first order, for both parts.
 struct Section {
     high: bool,
@@ -167,6 +170,32 @@ impl Path {
             next_s: f64::NAN,
             last: [0; 2],
         }
+    }
+
+    /// The gain of its filters at a frequency.
+    pub fn gain(&self, hz: f64) -> f64 {
+        let tangent = libm::tan(PI * (hz / (self.rate_hz * self.steps as f64))).abs();
+        let passed = |section: &Section| {
+            let over = tangent / section.corner;
+            (if section.high { over } else { 1.0 }) / libm::hypot(over, 1.0)
+        };
+        self.sections.iter().map(passed).product()
+    }
+
+    /// The noise's standard deviation behind its filters in each part, codes.
+    pub fn passed_noise(&self) -> f64 {
+        if self.sections.is_empty() || self.noise == 0.0 {
+            return self.noise;
+        }
+        let half_hz = 0.5 * self.rate_hz * self.steps as f64;
+        let dense = |hz: f64| self.coloured.as_ref().map_or(1.0, |coloured| coloured.at(hz));
+        // Both sides of 0 Hz: the noise of I/Q records may differ there.
+        let power = |step: i32| {
+            let hz = half_hz * (f64::from(step) + 0.5) / f64::from(STEPS);
+            let gain = self.gain(hz);
+            gain * gain * 0.5 * (dense(hz) + dense(-hz))
+        };
+        self.noise * libm::sqrt((0..STEPS).map(power).sum::<f64>() / f64::from(STEPS))
     }
 
     /// When a sample is taken that should be taken at a time, s; by its number in the run.

@@ -97,6 +97,35 @@ fn noise_has_the_power_and_the_density_that_are_stated() {
     }
 }
 
+/// A sine comes out as large as the gain says, and noise as strong as that of its band, to a hundredth.
+#[test]
+fn filters_pass_what_their_gain_says() {
+    let mut scene = Scene { rate_hz: 20e3, seconds: 4.0, ..Scene::default() };
+    scene.receiver.high_pass_hz = vec![100.0];
+    scene.receiver.low_pass_hz = vec![2000.0, 3000.0];
+    scene.receiver.oversampling = 8;
+    let rms = |scene: &Scene| {
+        let record = scene.run(0).unwrap().voltages(0.0, 80_000);
+        // The first half is the switching on.
+        (record[40_000..].iter().map(|[x, _]| x * x).sum::<f64>() / 40_000.0).sqrt()
+    };
+    for hz in [30.0f64, 100.0, 700.0, 2000.0, 6000.0] {
+        scene.sources = vec![Source::Tone(tone(hz, 500.0))];
+        let gain = scene.run(0).unwrap().gain(hz);
+        let corner = |x: f64| x.hypot(1.0);
+        let formula = 1.0 / corner(100.0 / hz) / corner(hz / 2000.0) / corner(hz / 3000.0);
+        assert!((gain / formula - 1.0).abs() < 0.02, "{hz} Hz: {gain}, not {formula}");
+        let seen = 2f64.sqrt() * rms(&scene) / 500.0;
+        assert!((seen / gain - 1.0).abs() < 0.01, "{hz} Hz: {seen}, not {gain}");
+    }
+    scene.sources = Vec::new();
+    scene.receiver.noise.rms = Some(100.0.into());
+    let passed = scene.run(0).unwrap().passed_noise();
+    // 40,000 values whose band is a tenth of their rate: their power spreads by a hundredth.
+    let seen = rms(&scene);
+    assert!(passed < 30.0 && (seen / passed - 1.0).abs() < 0.03, "{seen}, not {passed}");
+}
+
 #[test]
 fn a_run_depends_on_seed_and_trial_alone() {
     let mut scene = Scene::from_json(CAR).unwrap();
