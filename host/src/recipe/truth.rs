@@ -41,21 +41,19 @@ fn stretches(scene: &Scene) -> Vec<(f64, f64, usize)> {
         let starts = (0..total / n).map(|index| (index * n) as f64);
         return starts.map(|at| (at / scene.rate_hz, at, n)).collect();
     };
-    // Records of the segments; without a guard the segments themselves.
-    let mut gated = scene.clone();
-    let mut n = waveform.samples;
-    if waveform.guard_s.is_none() {
-        let segments = waveform.segments.iter().map(|segment| segment.seconds);
-        let shortest = match waveform.shape {
-            Shape::Sequence => segments.fold(f64::INFINITY, f64::min),
-            _ => waveform.ramp_s,
-        };
-        n = (shortest * scene.rate_hz).round().max(1.0) as usize;
-        if let Some(waveform) = &mut gated.waveform {
-            (waveform.guard_s, waveform.samples) = (Some(0.0), n);
-        }
-    }
+    // Records of the segments; without a guard the segments but for their ends, where echoes are still those of the segment before.
+    let (mut gated, mut n) = (scene.clone(), waveform.samples);
     let all = waveform.guard_s.is_none();
+    if let Some(of) = gated.waveform.as_mut().filter(|_| all) {
+        let shortest = match of.shape {
+            Shape::Sequence => {
+                of.segments.iter().map(|segment| segment.seconds).fold(f64::INFINITY, f64::min)
+            }
+            _ => of.ramp_s,
+        };
+        n = (0.9 * shortest * scene.rate_hz).max(1.0) as usize;
+        (of.guard_s, of.samples) = (Some(0.05 * shortest), n);
+    }
     let record = |index: usize| {
         let start_s = gated.start_s(index, n);
         (start_s, if all { start_s * scene.rate_hz } else { (index * n) as f64 }, n)
@@ -157,14 +155,18 @@ impl Told {
         let mut text = String::from(head);
         for (number, known) in self.sources.iter().enumerate() {
             for row in &known.rows {
-                let Row { time_s, frequency_hz, amplitude, .. } = row;
-                let cell = |x: Option<f64>| x.map(|x| x.to_string()).unwrap_or_default();
-                let [sample, range_m, velocity_mps] =
-                    [row.sample, row.range_m, row.velocity_mps].map(cell);
-                let kind = known.kind;
-                text += &format!(
-                    "{number},{kind},{sample},{time_s},{frequency_hz},{amplitude},{range_m},{velocity_mps}\n"
-                );
+                let cell = |x: Option<f64>, decimals: usize| {
+                    x.map(|x| format!("{:.decimals$}", x + 0.0)).unwrap_or_default()
+                };
+                let cells = [
+                    cell(row.sample, 1),
+                    cell(Some(row.time_s), 9),
+                    cell(Some(row.frequency_hz), 4),
+                    cell(Some(row.amplitude), 3),
+                    cell(row.range_m, 6),
+                    cell(row.velocity_mps, 9),
+                ];
+                text += &format!("{number},{},{}\n", known.kind, cells.join(","));
             }
         }
         text
@@ -213,7 +215,7 @@ mod tests {
         );
         let csv = told.csv();
         assert_eq!(csv.lines().count(), 1 + 2 * STRETCHES);
-        assert!(csv.contains("\n0,tone,49.5,0.0495,"), "{csv}");
+        assert!(csv.contains("\n0,tone,49.5,0.049500000,100.0000,20.000,,\n"), "{csv}");
     }
 
     /// A ramp each, although samples are taken all the time; and records, whose samples are counted in the file.
