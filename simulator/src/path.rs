@@ -344,7 +344,16 @@ impl Path {
     fn code(&self, volt: f64) -> i16 {
         let Converter { bits, unsigned, wraps, missing_codes, stuck_bit, wrong_sign, .. } =
             self.converter;
-        let half = libm::exp2(f64::from(bits) - 1.0);
+        let (half, zero) = match self.converter.rails {
+            Some(rails) => {
+                let [low, high] = rails.map(f64::from);
+                (0.5 * (high + 1.0 - low), 0.5 * (high + 1.0 + low))
+            }
+            None => {
+                let half = libm::exp2(f64::from(bits) - 1.0);
+                (half, if unsigned { half } else { 0.0 })
+            }
+        };
         let mut x = volt;
         if self.inl != 0.0 {
             let y = x / half;
@@ -358,7 +367,9 @@ impl Path {
                 }
             }
         }
-        let mut code = libm::round(x);
+        // A middle between two codes leaves whole ones.
+        let part = zero - libm::floor(zero);
+        let mut code = libm::round(x + part) - part;
         code = if wraps {
             modulo(code + half, 2.0 * half) - half
         } else {
@@ -380,7 +391,7 @@ impl Path {
             code += if code < 0.0 { half } else { -half };
         }
         // A cast saturates.
-        (if unsigned { code + half } else { code }) as i16
+        (code + zero) as i16
     }
 }
 
@@ -435,6 +446,9 @@ impl Converter {
         let most = if self.unsigned { 15 } else { 16 };
         if !(2..=most).contains(&self.bits) {
             return Err(format!("bits: give 2 to {most}"));
+        }
+        if self.rails.is_some_and(|[low, high]| low >= high) {
+            return Err("rails: give the lowest code, then the highest".into());
         }
         if self.stuck_bit.is_some_and(|stuck| stuck.bit >= self.bits) {
             return Err(format!("stuck_bit: the codes have bits 0 to {}", self.bits - 1));

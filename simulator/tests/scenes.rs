@@ -127,6 +127,25 @@ fn filters_pass_what_their_gain_says() {
 }
 
 #[test]
+fn codes_end_at_the_rails() {
+    let loud = Source::Tone(tone(7.0, 9000.0));
+    let mut scene = Scene { rate_hz: 1024.0, seconds: 1.0, ..Scene::default() };
+    let mut ends = |rails: Option<[i16; 2]>, unsigned: bool, sources: &[Source]| {
+        (scene.converter.rails, scene.converter.unsigned) = (rails, unsigned);
+        scene.sources = sources.to_vec();
+        let codes = scene.codes(0).unwrap().into_iter().map(|[code, _]| code);
+        (codes.clone().min().unwrap(), codes.max().unwrap())
+    };
+    let loud = std::slice::from_ref(&loud);
+    assert_eq!(ends(None, false, loud), (-2048, 2047));
+    assert_eq!(ends(None, true, loud), (0, 4095));
+    assert_eq!(ends(Some([-100, 3000]), false, loud), (-100, 3000));
+    assert_eq!(ends(Some([-2048, 2047]), false, &[]), (0, 0));
+    assert_eq!(ends(Some([0, 4095]), false, &[]), (2048, 2048));
+    assert_eq!(ends(Some([0, 4094]), false, &[]), (2048, 2048));
+}
+
+#[test]
 fn a_run_depends_on_seed_and_trial_alone() {
     let mut scene = Scene::from_json(CAR).unwrap();
     scene.seconds = 0.1;
@@ -211,6 +230,10 @@ fn what_cannot_be_is_said() {
             "amplitude",
         ),
         (r#"{"rate_hz": 1, "seconds": 1, "converter": {"bits": 20}}"#, "bits: give 2 to 16"),
+        (
+            r#"{"rate_hz": 1, "seconds": 1, "converter": {"rails": [5, 5]}}"#,
+            "rails: give the lowest code",
+        ),
         (r#"{"rate_hz": 1e6, "seconds": 1e6}"#, "more than 1e9 samples"),
         (
             r#"{"rate_hz": 1, "seconds": 1, "receiver": {"noise": {"snr_db": 3}}}"#,
