@@ -16,7 +16,7 @@ const CORNER_HZ: f64 = 995.0;
 /// The amplifier's full scale, codes of 12 bits.
 const FULL: f64 = 2047.5;
 /// A scene lasts so long, s; then the next one begins.
-const SCENE_S: f64 = 60.0;
+const SCENE_S: f64 = 20.0;
 
 /// Samples of a burst's record.
 pub const N: usize = 1024;
