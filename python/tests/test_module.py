@@ -250,7 +250,7 @@ def test_particles_and_records_of_a_whole_scene():
     "scene, targets, said",
     [
         (CAR, [(1, 1, 1)], "leave targets out"),
-        ({**CAR, "sorces": []}, None, "unknown field `sorces`"),
+        ({**CAR, "echoes": []}, None, "unknown field `echoes`"),
         ({**CAR, "seconds": 0.01}, None, "give more seconds"),
         ("{", None, "EOF"),
     ],

@@ -240,8 +240,8 @@ fn what_cannot_be_is_said() {
             "snr_db is that of a source",
         ),
         (
-            r#"{"rate_hz": 1, "seconds": 1, "sources": [{"tone": {"frequncy_hz": 2}}]}"#,
-            "unknown field `frequncy_hz`",
+            r#"{"rate_hz": 1, "seconds": 1, "sources": [{"tone": {"hertz": 2}}]}"#,
+            "unknown field `hertz`",
         ),
         (
             r#"{"rate_hz": 1, "seconds": 1, "sources": [{"tone": {"amplitude": "big"}}]}"#,
