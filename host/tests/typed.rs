@@ -121,6 +121,11 @@ fn folder(page: &str) -> PathBuf {
     let series = [(611.7, 300.0), (1223.4, 3000.0), (1835.1, 2500.0), (2446.8, 900.0)];
     wav(&folder.join("motor.wav"), 2 * 4096, &series, 20.0);
     fs::copy(Path::new(ROOT).join("docs/session.bin"), folder.join("docs/session.bin")).unwrap();
+    fs::create_dir_all(folder.join("docs/scenes")).unwrap();
+    for scene in fs::read_dir(Path::new(ROOT).join("docs/scenes")).unwrap() {
+        let scene = scene.unwrap();
+        fs::copy(scene.path(), folder.join("docs/scenes").join(scene.file_name())).unwrap();
+    }
     fs::write(folder.join("reference.bin"), BENCH.recording()).unwrap();
     // Two blocks as a board captures them: its codes begin at 0.
     let code = |n: i32| 2048.0 + 900.0 * (TAU * 0.1 * f64::from(n)).sin();

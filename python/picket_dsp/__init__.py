@@ -10,6 +10,7 @@ Every answer has `sigma_hz`, one standard deviation of its frequency, a `verdict
 error is within sigma. `VERDICTS` says in a sentence what each verdict means.
 """
 
+import json
 import os
 import warnings
 from dataclasses import dataclass
@@ -483,18 +484,27 @@ def read_telemetry(source):
     return _tables.telemetry(rows)
 
 
-def simulate(scene, targets, *, n=1024, rate_hz=1e6, blocks=30, noise=0.0, iq=False, codes=12, seed=0, period_s=0.0):
+def simulate(scene, targets=None, *, n=1024, rate_hz=1e6, blocks=30, noise=0.0, iq=False, codes=12, seed=None, period_s=0.0):
     """Samples of a radar, a lidar or a velocimeter from its physics, with the truth beside them.
 
-    scene: a Doppler or a Chirp.
+    scene: a Doppler or a Chirp; or a whole scene as a dict or as JSON text (docs/scenes.md), see below.
     targets: tuples (range_m, velocity_mps, amplitude in codes); a positive velocity approaches.
     noise: standard deviation of each converter's noise, codes.
     period_s: from one chirp to the next; without a pause where it is less.
 
     Returns (samples, truth). The samples are int16 of the shape (blocks, n), or (blocks, n, 2) for I/Q. The truth has a row for each
     block and target: block, target, beat_hz (as an ideal I/Q receiver shows it), range_m (at the middle of the block's chirp),
-    velocity_mps. The same seed gives the same samples on every machine.
+    velocity_mps. The same seed (0 unless it is given) gives the same samples on every machine.
+
+    A whole scene has its own rate, targets, noise and converter: give n and seed at most. Returns all records of n samples that fit into
+    it, or those of its waveform's segments where that has a guard_s. The truth has a row for each block and source, and for each particle: block, source,
+    time_s, frequency_hz, amplitude, range_m and velocity_mps (NaN where there is none).
     """
+    if isinstance(scene, (dict, str)):
+        if targets is not None:
+            raise ValueError("a whole scene has its own sources: leave targets out")
+        return _whole(scene, n, seed)
+    targets, seed = targets or (), 0 if seed is None else seed
     if scene is None or _kind(scene) == "tone":
         raise ValueError("scene is a Doppler or a Chirp")
     if n < 1 or blocks < 1 or not rate_hz > 0 or not noise >= 0:
@@ -510,3 +520,16 @@ def simulate(scene, targets, *, n=1024, rate_hz=1e6, blocks=30, noise=0.0, iq=Fa
     truth["block"], truth["target"], truth["beat_hz"], truth["range_m"] = rows.T
     truth["velocity_mps"] = np.array([velocity for _, velocity, _ in targets])[truth["target"]]
     return words.reshape((blocks, n, 2) if iq else (blocks, n)), truth
+
+
+def _whole(scene, n, seed):
+    """The records of a scene that is a dict or JSON, and their truth."""
+    text = scene if isinstance(scene, str) else json.dumps(scene)
+    if n < 1:
+        raise ValueError("n must be positive")
+    words, iq, n, rows = _picket.whole(text, int(n), None if seed is None else int(seed))
+    names = ("time_s", "frequency_hz", "amplitude", "range_m", "velocity_mps")
+    truth = np.empty(len(rows), [("block", "i8"), ("source", "i8"), *((name, "f8") for name in names)])
+    for column, name in enumerate(truth.dtype.names):
+        truth[name] = rows[:, column]
+    return words.reshape((-1, n, 2) if iq else (-1, n)), truth

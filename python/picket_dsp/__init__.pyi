@@ -1,6 +1,6 @@
 from dataclasses import dataclass
 from os import PathLike
-from typing import Any, Literal
+from typing import Any, Literal, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -145,6 +145,9 @@ def analyze(
 ) -> Rows: ...
 def explain(block: ArrayLike, **options: Any) -> Rows: ...
 def read_telemetry(source: str | PathLike[str] | bytes | bytearray | memoryview) -> Rows: ...
+@overload
+def simulate(scene: dict[str, Any] | str, *, n: int = ..., seed: int | None = ...) -> tuple[NDArray[np.int16], Rows]: ...
+@overload
 def simulate(
     scene: Doppler | Chirp,
     targets: list[tuple[float, float, float]],
@@ -155,6 +158,6 @@ def simulate(
     noise: float = ...,
     iq: bool = ...,
     codes: Codes = ...,
-    seed: int = ...,
+    seed: int | None = ...,
     period_s: float = ...,
 ) -> tuple[NDArray[np.int16], Rows]: ...

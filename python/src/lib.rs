@@ -54,5 +54,6 @@ fn _picket(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(validations, module)?)?;
     module.add_function(wrap_pyfunction!(recorded::recording, module)?)?;
     module.add_function(wrap_pyfunction!(recorded::telemetry, module)?)?;
+    module.add_function(wrap_pyfunction!(simulated::whole, module)?)?;
     module.add_function(wrap_pyfunction!(simulated::simulate, module)?)
 }

@@ -1,22 +1,116 @@
-//! Records of a radar, a lidar or a velocimeter from its physics, with the truth beside them.
+//! Records of a scene from its physics, with the truth beside them.
 
 use crate::tables::table;
 use crate::terms::{self, SceneTerms};
 use crate::wrong;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
-use picket_dsp::Scene;
 use picket_dsp::config::SPEED_OF_LIGHT;
-use picket_simulator::{Receiver, Sensor, Target};
+use picket_dsp::{Mixing, Scene, Shape};
+use picket_simulator::scene::{self, Converter, Noise, Receiver, Source, Waveform};
+use picket_simulator::{Run, Value};
 use pyo3::prelude::*;
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 
-/// Words of so many blocks, and a row for each block and target: its block, its target, its beat in cycles per sample, its range at
-/// the middle of the record.
+/// Words, and rows of the truth.
+type Simulated<'py> = (Bound<'py, PyArray1<i16>>, Bound<'py, PyArray2<f64>>);
+
+/// The words of so many records of a run, I and Q in turn.
+fn words(run: &mut Run, records: usize, n: usize) -> Vec<i16> {
+    let channels = if run.scene().receiver.iq { 2 } else { 1 };
+    let mut words = Vec::with_capacity(records * n * channels);
+    for index in 0..records {
+        words.extend(run.record(index, n).iter().flat_map(|code| code.iter().take(channels)));
+    }
+    words
+}
+
+/// The records that fit into a scene, of `n` samples where it does not say how many: its words, whether they are of I and Q, their
+/// number in a record, and a row for each record and source, and for each particle: record, source, time, frequency, amplitude, range
+/// and velocity, NaN where there is none.
+#[pyfunction]
+#[allow(clippy::type_complexity)]
+pub fn whole<'py>(
+    py: Python<'py>,
+    json: &str,
+    n: usize,
+    seed: Option<u64>,
+) -> PyResult<(Bound<'py, PyArray1<i16>>, bool, usize, Bound<'py, PyArray2<f64>>)> {
+    let mut scene = picket_simulator::Scene::from_json(json).map_err(wrong)?;
+    scene.seed = seed.unwrap_or(scene.seed);
+    let gated = scene.waveform.as_ref().filter(|waveform| waveform.guard_s.is_some());
+    let n = gated.map_or(n, |waveform| waveform.samples);
+    let work = || {
+        let mut run = scene.run(0)?;
+        let records = scene.records(n);
+        if records == 0 {
+            return Err(format!("no record of {n} samples fits into the scene: give more seconds"));
+        }
+        let codes = words(&mut run, records, n);
+        let mut truth = Vec::new();
+        for index in 0..records {
+            let start_s = scene.start_s(index, n);
+            let end_s = start_s + n as f64 / scene.rate_hz;
+            for (number, source) in scene.sources.iter().enumerate() {
+                let place = [index as f64, number as f64];
+                let mut row = |row: [f64; 5]| {
+                    let [time, hertz, amplitude, range, velocity] = row;
+                    truth.push([place[0], place[1], time, hertz, amplitude, range, velocity]);
+                };
+                if let Source::Particles(of) = source {
+                    let inside = |time_s: f64| (start_s..end_s).contains(&time_s);
+                    for passed in run.particles(number).iter().filter(|of| inside(of.middle_s)) {
+                        let hertz = passed.velocity_mps / of.fringe_m + of.shift_hz;
+                        let amplitude = passed.amplitude * run.gain(hertz);
+                        row([passed.middle_s, hertz, amplitude, f64::NAN, passed.velocity_mps]);
+                    }
+                    continue;
+                }
+                let told = run.truth(number, start_s, n);
+                let amplitude = told.amplitude * run.gain(told.frequency_hz);
+                let [range, velocity] =
+                    [told.range_m, told.velocity_mps].map(|x| x.unwrap_or(f64::NAN));
+                row([told.time_s, told.frequency_hz, amplitude, range, velocity]);
+            }
+        }
+        Ok((codes, truth))
+    };
+    let (codes, truth) = py.detach(work).map_err(wrong)?;
+    Ok((codes.into_pyarray(py), scene.receiver.iq, n, table(py, truth)?))
+}
+
+/// What a sensor of the library sends, and the cosine of the angle at which its targets move.
+fn waveform(scene: &Scene, n: usize, period_s: f64) -> Option<(Waveform, f64)> {
+    Some(match *scene {
+        Scene::Chirp(chirp) => {
+            let waveform = Waveform {
+                shape: match chirp.shape {
+                    Shape::Trapezoid => scene::Shape::Trapezoid,
+                    Shape::Triangle => scene::Shape::Triangle,
+                    Shape::Sawtooth => scene::Shape::Sawtooth,
+                },
+                carrier_hz: SPEED_OF_LIGHT / chirp.wavelength_m,
+                bandwidth_hz: chirp.bandwidth_hz,
+                ramp_s: chirp.duration_s,
+                period_s,
+                curvature: chirp.sweep_curvature,
+                guard_s: Some(chirp.guard_s),
+                samples: n,
+                ..Waveform::default()
+            };
+            (waveform, 1.0)
+        }
+        Scene::Doppler { wavelength_m, angle_rad, .. } => {
+            let carrier_hz = SPEED_OF_LIGHT / wavelength_m;
+            (Waveform { carrier_hz, ..Waveform::default() }, angle_rad.cos())
+        }
+        _ => return None,
+    })
+}
+
+/// Words of so many blocks, and a row for each block and target: its block, its target, its beat in hertz, its range at the middle of
+/// the record.
 #[pyfunction]
 #[pyo3(signature = (scene, n, rate_hz, blocks, targets, noise, iq, low, high, seed, period_s))]
-#[allow(clippy::too_many_arguments, clippy::type_complexity)]
+#[allow(clippy::too_many_arguments)]
 pub fn simulate<'py>(
     py: Python<'py>,
     scene: SceneTerms,
@@ -30,54 +124,64 @@ pub fn simulate<'py>(
     high: i16,
     seed: u64,
     period_s: f64,
-) -> PyResult<(Bound<'py, PyArray1<i16>>, Bound<'py, PyArray2<f64>>)> {
-    let codes = terms::codes(low, high).map_err(wrong)?;
-    let mixing = terms::mixing(scene.8).map_err(wrong)?;
-    let receiver = Receiver { noise, codes, ..Receiver::ideal(rate_hz, iq, mixing) };
-    let (along, sensor) = match terms::scene(&scene).map_err(wrong)? {
-        Scene::Chirp(chirp) => (None, Sensor::chirp(&chirp, receiver, n, period_s)),
-        Scene::Doppler { wavelength_m, angle_rad, .. } => {
-            // A target moves at this angle to the beam.
-            let sensor = Sensor::continuous(SPEED_OF_LIGHT / wavelength_m, receiver, n);
-            (Some(angle_rad.cos()), sensor)
-        }
-        _ => return Err(wrong("give a scene: Doppler or Chirp")),
+) -> PyResult<Simulated<'py>> {
+    terms::codes(low, high).map_err(wrong)?;
+    let mixing = match terms::mixing(scene.8).map_err(wrong)? {
+        Mixing::TxConjRx => scene::Mixing::TxConjRx,
+        Mixing::RxConjTx => scene::Mixing::RxConjTx,
+    };
+    let sensor = terms::scene(&scene).map_err(wrong)?;
+    let (waveform, along) =
+        waveform(&sensor, n, period_s).ok_or_else(|| wrong("give a scene: Doppler or Chirp"))?;
+    let segments = match &sensor {
+        Scene::Chirp(chirp) => chirp.shape.segments().len(),
+        _ => 1,
+    };
+    let records = blocks as usize;
+    let source = |&(range_m, velocity_mps, amplitude): &(f64, f64, f64)| {
+        Source::Target(scene::Target {
+            range_m: range_m.into(),
+            velocity_mps: (along * velocity_mps).into(),
+            amplitude: Some(amplitude.into()),
+            phase_turns: Value::Fixed(0.0),
+            ..scene::Target::default()
+        })
+    };
+    let scene = picket_simulator::Scene {
+        seed,
+        rate_hz,
+        // That of the samples: pauses are no part of them.
+        seconds: (records * n) as f64 / rate_hz,
+        waveform: Some(waveform),
+        sources: targets.iter().map(source).collect(),
+        receiver: Receiver {
+            iq,
+            mixing,
+            noise: Noise { rms: Some(noise.into()), ..Noise::default() },
+            ..Receiver::default()
+        },
+        converter: Converter { rails: Some([low, high]), ..Converter::default() },
+        ..picket_simulator::Scene::default()
     };
     let work = || {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let mut normal = move || -> f64 { StandardNormal.sample(&mut random) };
-        let (mut words, mut truth) = (Vec::new(), Vec::new());
-        let segments = sensor.segments() as u32;
-        for block in 0..blocks {
-            let lap = if along.is_none() { u64::from(block / segments) } else { 0 };
-            let at = (lap, (block % segments) as usize);
-            // A continuous wave has one record: the targets move on instead.
-            let since_s = along.map_or(0.0, |_| f64::from(block) * n as f64 / rate_hz);
-            let here: Vec<Target> = targets
-                .iter()
-                .map(|&(range_m, velocity_mps, amplitude)| {
-                    let velocity_mps = velocity_mps * along.unwrap_or(1.0);
-                    let range_m = range_m - velocity_mps * since_s;
-                    Target::moving(amplitude, range_m, velocity_mps)
-                })
-                .collect();
-            for [i, q] in sensor.record(&here, at, &mut normal) {
-                words.push(i);
-                words.extend(iq.then_some(q));
-            }
-            for (index, target) in here.iter().enumerate() {
-                let begin_s = if lap == 0 { 0.0 } else { lap as f64 * sensor.waveform.period_s() };
-                let middle_s = begin_s + sensor.middle_s();
-                truth.push([
-                    f64::from(block),
-                    index as f64,
-                    sensor.beat(target, at) * rate_hz,
-                    target.range_m(middle_s),
-                ]);
+        let mut run = scene.run(0)?;
+        let codes = words(&mut run, records, n);
+        let mut truth = Vec::with_capacity(records * targets.len());
+        for block in 0..records {
+            let start_s = scene.start_s(block, n);
+            // The middle of the waveform's repetition, to which a chirp's range refers.
+            let first = block / segments * segments;
+            let ends = [first, first + segments - 1].map(|index| scene.start_s(index, n));
+            let middle_s =
+                f64::midpoint(ends[0], ends[1]) + 0.5 * n.saturating_sub(1) as f64 / rate_hz;
+            for (index, &(range_m, velocity_mps, _)) in targets.iter().enumerate() {
+                let beat_hz = run.truth(index, start_s, n).frequency_hz;
+                let range_m = range_m - along * velocity_mps * middle_s;
+                truth.push([block as f64, index as f64, beat_hz, range_m]);
             }
         }
-        (words, truth)
+        Ok::<_, String>((codes, truth))
     };
-    let (words, truth) = py.detach(work);
-    Ok((words.into_pyarray(py), table(py, truth)?))
+    let (codes, truth) = py.detach(work).map_err(wrong)?;
+    Ok((codes.into_pyarray(py), table(py, truth)?))
 }

@@ -1,5 +1,6 @@
 """What the module promises. The answers themselves are the library's, and tested with it."""
 
+import json
 import pathlib
 import threading
 import time
@@ -208,6 +209,55 @@ def test_a_chirp_radar_of_the_simulator(shape, every):
     _, tracks, targets = Tracker(rate_hz=1e6, iq=True, scene=scene, most=2).follow(samples)
     assert (tracks["state"] == "held").mean() > 0.9 and len(targets) > 350
     assert np.abs(targets["range_m"][-1] - truth["range_m"][-1]) < 1
+
+
+CAR = {
+    "rate_hz": 20e3,
+    "seconds": 4,
+    "waveform": {"carrier_hz": 24.125e9},
+    "sources": [{"target": {"range_m": 90, "velocity_mps": [[0, 20], [2, 20], [4, 10]], "amplitude": 400}}],
+    "receiver": {"iq": True, "mixing": "rx-conj-tx", "noise": {"rms": 20}},
+}
+
+
+def test_a_whole_scene():
+    samples, truth = picket_dsp.simulate(CAR, n=512, seed=3)
+    assert samples.shape == (156, 512, 2) and samples.dtype == np.int16 and len(truth) == 156
+    again, _ = picket_dsp.simulate(json.dumps({**CAR, "seed": 3}), n=512)
+    assert (samples == again).all() and (samples != picket_dsp.simulate(CAR, n=512)[0]).any()
+    np.testing.assert_allclose(truth["frequency_hz"], 2 * truth["velocity_mps"] * 24.125e9 / C, atol=3)
+    scene = Doppler(carrier_hz=24.125e9, mixing="rx-conj-tx")
+    answers = Pipeline(n=512, rate_hz=20e3, iq=True, scene=scene).blocks(samples)
+    early = truth["time_s"] < 1.9
+    errors = (answers["velocity_mps"] - truth["velocity_mps"])[early] / answers["sigma_velocity_mps"][early]
+    assert answers["usable"][early].all() and 0.7 < np.sqrt(np.mean(errors**2)) < 1.3
+
+
+def test_particles_and_records_of_a_whole_scene():
+    flow = {"particles": {"amplitude": 300, "velocity_mps": 0.1, "per_m": 1000}}
+    samples, truth = picket_dsp.simulate({"rate_hz": 200e3, "seconds": 1, "sources": [flow]}, n=1000)
+    assert samples.shape == (200, 1000) and 60 < len(truth) < 140
+    assert (truth["block"] == np.floor(truth["time_s"] * 200)).all() and np.isnan(truth["range_m"]).all()
+    np.testing.assert_allclose(truth["frequency_hz"], truth["velocity_mps"] / 4e-6)
+    ramps = {"shape": "sawtooth", "bandwidth_hz": 200e6, "ramp_s": 1e-3, "guard_s": 1e-4, "samples": 256}
+    target = {"target": {"range_m": 30, "amplitude": 500}}
+    samples, truth = picket_dsp.simulate({"rate_hz": 400e3, "seconds": 0.02, "waveform": ramps, "sources": [target]})
+    assert samples.shape == (20, 256) and (truth["range_m"] == 30).all()
+    np.testing.assert_allclose(truth["frequency_hz"], 2e11 * 60 / C, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "scene, targets, said",
+    [
+        (CAR, [(1, 1, 1)], "leave targets out"),
+        ({**CAR, "echoes": []}, None, "unknown field `echoes`"),
+        ({**CAR, "seconds": 0.01}, None, "give more seconds"),
+        ("{", None, "EOF"),
+    ],
+)
+def test_what_is_no_whole_scene(scene, targets, said):
+    with pytest.raises(ValueError, match=said):
+        picket_dsp.simulate(scene, targets)
 
 
 def test_a_tracker_follows():

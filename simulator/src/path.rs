@@ -52,6 +52,9 @@ struct Line {
     shares: [f64; 2],
 }
 
+/// Steps of the band in which the power of filtered noise is summed up.
+const STEPS: i32 = 20_000;
+
 /// A filter of first order, for both parts.
 struct Section {
     high: bool,
@@ -172,6 +175,32 @@ impl Path {
             next_s: f64::NAN,
             last: [0.0; 2],
         }
+    }
+
+    /// The gain of its filters at a frequency.
+    pub fn gain(&self, hz: f64) -> f64 {
+        let tangent = libm::tan(PI * (hz / (self.rate_hz * self.steps as f64))).abs();
+        let passed = |section: &Section| {
+            let over = tangent / section.corner;
+            (if section.high { over } else { 1.0 }) / libm::hypot(over, 1.0)
+        };
+        self.sections.iter().map(passed).product()
+    }
+
+    /// The noise's standard deviation behind its filters in each part, codes.
+    pub fn passed_noise(&self) -> f64 {
+        if self.sections.is_empty() || self.noise == 0.0 {
+            return self.noise;
+        }
+        let half_hz = 0.5 * self.rate_hz * self.steps as f64;
+        let dense = |hz: f64| self.coloured.as_ref().map_or(1.0, |coloured| coloured.at(hz));
+        // Both sides of 0 Hz: the noise of I/Q records may differ there.
+        let power = |step: i32| {
+            let hz = half_hz * (f64::from(step) + 0.5) / f64::from(STEPS);
+            let gain = self.gain(hz);
+            gain * gain * 0.5 * (dense(hz) + dense(-hz))
+        };
+        self.noise * libm::sqrt((0..STEPS).map(power).sum::<f64>() / f64::from(STEPS))
     }
 
     /// When a sample is taken that should be taken at a time, s; by its number in the run.
@@ -323,7 +352,16 @@ impl Path {
     fn code(&self, volt: f64, rounds: bool) -> f64 {
         let Converter { bits, unsigned, wraps, missing_codes, stuck_bit, wrong_sign, .. } =
             self.converter;
-        let half = libm::exp2(f64::from(bits) - 1.0);
+        let (half, zero) = match self.converter.rails {
+            Some(rails) => {
+                let [low, high] = rails.map(f64::from);
+                (0.5 * (high + 1.0 - low), 0.5 * (high + 1.0 + low))
+            }
+            None => {
+                let half = libm::exp2(f64::from(bits) - 1.0);
+                (half, if unsigned { half } else { 0.0 })
+            }
+        };
         let mut x = volt;
         if self.inl != 0.0 {
             let y = x / half;
@@ -337,7 +375,9 @@ impl Path {
                 }
             }
         }
-        let mut code = if rounds { libm::round(x) } else { x };
+        // A middle between two codes leaves whole ones.
+        let part = zero - libm::floor(zero);
+        let mut code = if rounds { libm::round(x + part) - part } else { x };
         code = match (wraps, rounds) {
             (true, _) => modulo(code + half, 2.0 * half) - half,
             (false, true) => code.clamp(-half, half - 1.0),
@@ -358,7 +398,7 @@ impl Path {
         if wrong_sign {
             code += if code < 0.0 { half } else { -half };
         }
-        if unsigned { code + half } else { code }
+        code + zero
     }
 }
 
@@ -413,6 +453,9 @@ impl Converter {
         let most = if self.unsigned { 15 } else { 16 };
         if !(2..=most).contains(&self.bits) {
             return Err(format!("bits: give 2 to {most}"));
+        }
+        if self.rails.is_some_and(|[low, high]| low >= high) {
+            return Err("rails: give the lowest code, then the highest".into());
         }
         if self.stuck_bit.is_some_and(|stuck| stuck.bit >= self.bits) {
             return Err(format!("stuck_bit: the codes have bits 0 to {}", self.bits - 1));

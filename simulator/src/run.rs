@@ -23,7 +23,7 @@ pub struct Truth {
     pub mean_hz: f64,
     /// The frequency that a tone would have unchanged, Hz.
     pub nominal_hz: f64,
-    /// Amplitude in the middle, codes.
+    /// Amplitude in the middle before the receiver's filters, codes.
     pub amplitude: f64,
     /// The phase at sample n/2, turns; jumps and speckle included.
     pub phase_turns: f64,
@@ -378,9 +378,19 @@ impl Run {
         voice.map_or(0.0, |voice| voice.amplitude)
     }
 
-    /// The noise's standard deviation in each part, codes.
+    /// The noise's standard deviation in each part before the receiver's filters, codes.
     pub const fn noise(&self) -> f64 {
         self.path.noise
+    }
+
+    /// The noise's standard deviation in each part behind the receiver's filters, codes.
+    pub fn passed_noise(&self) -> f64 {
+        self.path.passed_noise()
+    }
+
+    /// The gain of the receiver's filters at a frequency, which no [`Truth`] has.
+    pub fn gain(&self, hz: f64) -> f64 {
+        self.path.gain(hz)
     }
 
     /// The noise's density at a frequency over that of white noise of the same power.

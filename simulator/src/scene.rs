@@ -660,6 +660,8 @@ pub struct Converter {
     pub bits: u32,
     /// Whether its codes count from 0; else they are signed.
     pub unsigned: bool,
+    /// Its lowest and its highest code, where they are not those of its width. Nothing at its input is the code above their middle.
+    pub rails: Option<[i16; 2]>,
     /// Whether what is beyond the rails goes on at the other end.
     pub wraps: bool,
     /// A bent characteristic: a bow and an S, so many codes at most.
@@ -693,6 +695,7 @@ impl Default for Converter {
         Converter {
             bits: 12,
             unsigned: false,
+            rails: None,
             wraps: false,
             inl_codes: Value::default(),
             step_codes: Value::default(),

@@ -81,7 +81,10 @@ fn noise_has_the_power_and_the_density_that_are_stated() {
         (vec![], false),
         (slope(), false),
         (slope(), true),
-        (vec![Density::Points { points: vec![[0.0, 0.0], [64.0, 20.0]], beside_tone: false }], false),
+        (
+            vec![Density::Points { points: vec![[0.0, 0.0], [64.0, 20.0]], beside_tone: false }],
+            false,
+        ),
     ] {
         let mut scene = Scene { seed: 3, rate_hz: 256.0, seconds: 64.0, ..Scene::default() };
         scene.receiver.iq = iq;
@@ -100,6 +103,54 @@ fn noise_has_the_power_and_the_density_that_are_stated() {
             assert!((density / run.dense(hz) - 1.0).abs() < 0.2, "{hz}: {density}");
         }
     }
+}
+
+/// A sine comes out as large as the gain says, and noise as strong as that of its band, to a hundredth.
+#[test]
+fn filters_pass_what_their_gain_says() {
+    let mut scene = Scene { rate_hz: 20e3, seconds: 4.0, ..Scene::default() };
+    scene.receiver.high_pass_hz = vec![100.0];
+    scene.receiver.low_pass_hz = vec![2000.0, 3000.0];
+    scene.receiver.oversampling = 8;
+    let rms = |scene: &Scene| {
+        let record = scene.run(0).unwrap().voltages(0.0, 80_000);
+        // The first half is the switching on.
+        (record[40_000..].iter().map(|[x, _]| x * x).sum::<f64>() / 40_000.0).sqrt()
+    };
+    for hz in [30.0f64, 100.0, 700.0, 2000.0, 6000.0] {
+        scene.sources = vec![Source::Tone(tone(hz, 500.0))];
+        let gain = scene.run(0).unwrap().gain(hz);
+        let corner = |x: f64| x.hypot(1.0);
+        let formula = 1.0 / corner(100.0 / hz) / corner(hz / 2000.0) / corner(hz / 3000.0);
+        assert!((gain / formula - 1.0).abs() < 0.02, "{hz} Hz: {gain}, not {formula}");
+        let seen = 2f64.sqrt() * rms(&scene) / 500.0;
+        assert!((seen / gain - 1.0).abs() < 0.01, "{hz} Hz: {seen}, not {gain}");
+    }
+    scene.sources = Vec::new();
+    scene.receiver.noise.rms = Some(100.0.into());
+    let passed = scene.run(0).unwrap().passed_noise();
+    // 40,000 values whose band is a tenth of their rate: their power spreads by a hundredth.
+    let seen = rms(&scene);
+    assert!(passed < 30.0 && (seen / passed - 1.0).abs() < 0.03, "{seen}, not {passed}");
+}
+
+#[test]
+fn codes_end_at_the_rails() {
+    let loud = Source::Tone(tone(7.0, 9000.0));
+    let mut scene = Scene { rate_hz: 1024.0, seconds: 1.0, ..Scene::default() };
+    let mut ends = |rails: Option<[i16; 2]>, unsigned: bool, sources: &[Source]| {
+        (scene.converter.rails, scene.converter.unsigned) = (rails, unsigned);
+        scene.sources = sources.to_vec();
+        let codes = scene.codes(0).unwrap().into_iter().map(|[code, _]| code);
+        (codes.clone().min().unwrap(), codes.max().unwrap())
+    };
+    let loud = std::slice::from_ref(&loud);
+    assert_eq!(ends(None, false, loud), (-2048, 2047));
+    assert_eq!(ends(None, true, loud), (0, 4095));
+    assert_eq!(ends(Some([-100, 3000]), false, loud), (-100, 3000));
+    assert_eq!(ends(Some([-2048, 2047]), false, &[]), (0, 0));
+    assert_eq!(ends(Some([0, 4095]), false, &[]), (2048, 2048));
+    assert_eq!(ends(Some([0, 4094]), false, &[]), (2048, 2048));
 }
 
 #[test]
@@ -254,14 +305,18 @@ fn what_cannot_be_is_said() {
             "amplitude",
         ),
         (r#"{"rate_hz": 1, "seconds": 1, "converter": {"bits": 20}}"#, "bits: give 2 to 16"),
+        (
+            r#"{"rate_hz": 1, "seconds": 1, "converter": {"rails": [5, 5]}}"#,
+            "rails: give the lowest code",
+        ),
         (r#"{"rate_hz": 1e6, "seconds": 1e6}"#, "more than 1e9 samples"),
         (
             r#"{"rate_hz": 1, "seconds": 1, "receiver": {"noise": {"snr_db": 3}}}"#,
             "snr_db is that of a source",
         ),
         (
-            r#"{"rate_hz": 1, "seconds": 1, "sources": [{"tone": {"frequncy_hz": 2}}]}"#,
-            "unknown field `frequncy_hz`",
+            r#"{"rate_hz": 1, "seconds": 1, "sources": [{"tone": {"hertz": 2}}]}"#,
+            "unknown field `hertz`",
         ),
         (
             r#"{"rate_hz": 1, "seconds": 1, "sources": [{"tone": {"amplitude": "big"}}]}"#,

@@ -10,7 +10,6 @@ pub mod check;
 pub mod device;
 pub mod file;
 pub mod page;
-pub mod random;
 pub mod row;
 pub mod scene;
 pub mod settings;

@@ -2,12 +2,13 @@
 //!
 //! A target moves evenly during a block, a radar's during a chirp: what the block is of is then known exactly.
 
-use crate::random::Random;
 use crate::settings::{Kind, Settings};
-use picket_dsp::Mixing;
 use picket_dsp::acquire::sample::{Segment, Stamp};
 use picket_dsp::config::{SPEED_OF_LIGHT, Scene as Wave};
-use picket_simulator::{Receiver, Sensor, Target};
+use picket_dsp::solve::chirp::Mixing::RxConjTx;
+use picket_simulator::scene::{Converter, Mixing, Noise, Receiver, Shape, Source};
+use picket_simulator::scene::{Target, Tone, Waveform};
+use picket_simulator::{Draw, Value};
 use std::f64::consts::TAU;
 
 /// The time of one swing at full motion, s.
@@ -69,17 +70,17 @@ pub struct Truth {
 #[derive(Clone, Debug)]
 pub struct Scene {
     sliders: Sliders,
+    seed: u64,
     /// Blocks so far.
     blocks: u32,
-    /// Angles of the first and the second tone and of the hum, in turns.
+    /// Phases of the first and the second tone and of the hum, turns.
     turns: [f64; 3],
-    /// Where the targets of a Doppler radar are, m.
+    /// Where the targets of a Doppler radar are within half a wavelength, m: farther away their phases are the same.
     places_m: [f64; 2],
     /// What the reflections of a chirp add to the phases, turns.
     reflected: [f64; 2],
     /// The swing, radians.
     swing: f64,
-    random: Random,
 }
 
 impl Scene {
@@ -87,12 +88,12 @@ impl Scene {
     pub fn new(seed: u64) -> Self {
         Scene {
             sliders: Sliders::default(),
+            seed,
             blocks: 0,
             turns: [0.0; 3],
-            places_m: [10.0; 2],
+            places_m: [0.0; 2],
             reflected: [0.0; 2],
             swing: 0.0,
-            random: Random::new(seed),
         }
     }
 
@@ -130,30 +131,18 @@ impl Scene {
         let stamp = Stamp { sequence: self.blocks, clock, segment, gap: false };
         if index == 0 {
             self.swing += self.turn(settings, segments.len().max(1) as f64);
-            self.reflected = [0; 2].map(|_| self.random.share());
+            let mut draw = Draw::new(self.seed, self.blocks.into());
+            self.reflected = [0; 2].map(|_| draw.share());
         }
+        let trial = self.blocks.into();
         self.blocks = self.blocks.wrapping_add(1);
-        let sensor = self.sensor(settings);
-        let levels = self.levels(settings);
-        let (truth, echoes) = self.echoes(settings, &sensor, levels);
-        let beat = echoes.first().map(|target| {
-            let hertz = settings.rate_hz * sensor.beat(target, (0, index));
-            if settings.iq { hertz } else { hertz.abs() }
-        });
-        let normal = || self.random.normal();
-        let mut voltages = sensor.voltages(&echoes, (0, index), normal);
-        let [first, second, hum] = levels;
-        let tones = if echoes.is_empty() { [first, second] } else { [0.0; 2] };
-        let lines = [
-            (truth.hertz, tones[0]),
-            (truth.hertz + self.sliders.second_off, tones[1]),
-            (50.0, hum),
-        ];
-        for (turn, (hertz, level)) in self.turns.iter_mut().zip(lines) {
-            turned(&mut voltages, turn, hertz / settings.rate_hz, level);
-        }
-        let samples = voltages.into_iter().map(|voltage| sensor.receiver.convert(voltage));
-        (stamp, samples.collect(), Truth { hertz: beat.unwrap_or(truth.hertz), ..truth })
+        let (mut truth, scene) = self.scene(settings);
+        let n = settings.n;
+        // Settings that cannot be measured have no samples.
+        let Ok(mut run) = scene.run(trial) else { return (stamp, vec![[0; 2]; n], truth) };
+        let hertz = run.truth(0, scene.start_s(index, n), n).frequency_hz;
+        truth.hertz = if settings.iq { hertz } else { hertz.abs() };
+        (stamp, run.record(index, n), truth)
     }
 
     /// The swing's angle in so many blocks.
@@ -170,52 +159,82 @@ impl Scene {
         [amplitude, amplitude * power(second_db), full * power(hum_db)]
     }
 
-    /// What takes the samples. A tone has no wave.
-    fn sensor(&self, settings: &Settings) -> Sensor {
+    /// The scene of a block, and its truth but for the frequency. A chirp's has all segments of its waveform, the other one has the block alone.
+    fn scene(&mut self, settings: &Settings) -> (Truth, picket_simulator::Scene) {
+        let (rate_hz, n) = (settings.rate_hz, settings.n);
+        let [first, second, hum] = self.levels(settings);
+        let block_s = n as f64 / rate_hz;
         let full = settings.full_scale();
-        let receiver = |mixing| {
-            let receiver = Receiver::ideal(settings.rate_hz, settings.iq, mixing);
-            let offset = [self.sliders.dc * full; 2];
-            let receiver = Receiver { offset, codes: settings.codes, ..receiver };
-            receiver.with_snr(self.levels(settings)[0], self.sliders.snr_db)
+        let wave = settings.config().scene;
+        let (low, high) = settings.codes.rails();
+        let mut scene = picket_simulator::Scene {
+            seed: self.seed,
+            rate_hz,
+            seconds: block_s,
+            receiver: Receiver {
+                iq: settings.iq,
+                mixing: match wave {
+                    Wave::Chirp(picket_dsp::Chirp { mixing: RxConjTx, .. })
+                    | Wave::Doppler { mixing: RxConjTx, .. } => Mixing::RxConjTx,
+                    _ => Mixing::TxConjRx,
+                },
+                offset: [0; 2].map(|_| (self.sliders.dc * full).into()),
+                noise: Noise { snr_db: Some(self.sliders.snr_db.into()), ..Noise::default() },
+                ..Receiver::default()
+            },
+            converter: Converter { rails: Some([low, high]), ..Converter::default() },
+            ..picket_simulator::Scene::default()
         };
-        match settings.config().scene {
-            Wave::Chirp(chirp) => Sensor::chirp(&chirp, receiver(chirp.mixing), settings.n, 0.0),
-            Wave::Doppler { wavelength_m, mixing, .. } => {
-                let carrier_hz = SPEED_OF_LIGHT / wavelength_m;
-                Sensor::continuous(carrier_hz, receiver(mixing), settings.n)
+        match wave {
+            Wave::Chirp(chirp) => {
+                scene.seconds = 3.0 * chirp.duration_s;
+                scene.waveform = Some(Waveform {
+                    shape: Shape::Trapezoid,
+                    carrier_hz: SPEED_OF_LIGHT / chirp.wavelength_m,
+                    bandwidth_hz: chirp.bandwidth_hz,
+                    ramp_s: chirp.duration_s,
+                    guard_s: Some(chirp.guard_s),
+                    samples: n,
+                    ..Waveform::default()
+                });
             }
-            _ => Sensor::continuous(0.0, receiver(Mixing::default()), settings.n),
+            Wave::Doppler { wavelength_m, .. } => {
+                let carrier_hz = SPEED_OF_LIGHT / wavelength_m;
+                scene.waveform = Some(Waveform { carrier_hz, ..Waveform::default() });
+            }
+            _ => {}
         }
-    }
-
-    /// The truth but for the frequency of an echo, and the targets, the first one first.
-    fn echoes(
-        &mut self,
-        settings: &Settings,
-        sensor: &Sensor,
-        [first, second, _]: [f64; 3],
-    ) -> (Truth, Vec<Target<'static>>) {
         let Sliders { tone_hz, velocity_mps, range_m, motion, second_off, .. } = self.sliders;
         let (sin, cos) = libm::sincos(self.swing);
-        let both = |mut targets: Vec<Target<'static>>| {
-            targets.truncate(if second > 0.0 { 2 } else { 1 });
-            targets
+        let target = |amplitude: f64, range_m: f64, velocity_mps: f64, turns: f64| {
+            Source::Target(Target {
+                range_m: range_m.into(),
+                velocity_mps: velocity_mps.into(),
+                amplitude: Some(amplitude.into()),
+                phase_turns: turns.into(),
+                ..Target::default()
+            })
         };
+        let mut truth = Truth::default();
         match settings.kind {
             Kind::Tone => {
                 let hertz = tone_hz * (1.0 + 0.1 * motion.min(1.0) * sin);
-                (Truth { hertz, ..Truth::default() }, Vec::new())
+                scene.sources.push(self.line(0, hertz, first, block_s));
+                if second > 0.0 {
+                    scene.sources.push(self.line(1, hertz + second_off, second, block_s));
+                }
             }
             Kind::Doppler => {
                 let velocity = velocity_mps * (1.0 + 0.3 * motion.min(1.0) * sin);
-                let truth = Truth { velocity_mps: velocity, ..Truth::default() };
-                let ([a, b], other) = (self.places_m, velocity + second_off);
-                let targets =
-                    vec![Target::moving(first, a, velocity), Target::moving(second, b, other)];
-                let time_s = settings.n as f64 / settings.rate_hz;
-                self.places_m = [a - velocity * time_s, b - other * time_s];
-                (truth, both(targets))
+                truth.velocity_mps = velocity;
+                let both = [(first, velocity), (second, velocity + second_off)];
+                for ((level, velocity), place_m) in both.into_iter().zip(&mut self.places_m) {
+                    if level > 0.0 {
+                        scene.sources.push(target(level, *place_m, velocity, 0.0));
+                    }
+                    *place_m =
+                        (*place_m - velocity * block_s).rem_euclid(0.5 * settings.wavelength_m);
+                }
             }
             Kind::Chirp => {
                 let rate = TAU * motion / SWING_S;
@@ -224,29 +243,42 @@ impl Scene {
                     true => (range_m - reach * sin, reach * rate * cos),
                     false => (range_m, velocity_mps),
                 };
-                let truth = Truth { velocity_mps: velocity, range_m: range, ..Truth::default() };
-                let target = |level: f64, range: f64, velocity: f64, turns: f64| {
-                    let begin_m = range + velocity * sensor.middle_s();
-                    Target::moving(level, begin_m, velocity).turned(turns)
+                (truth.velocity_mps, truth.range_m) = (velocity, range);
+                // The mean of the middles of the first and the last record: to that moment the range refers.
+                let ends = [0, 2].map(|index| scene.start_s(index, n));
+                let middle_s =
+                    f64::midpoint(ends[0], ends[1]) + 0.5 * n.saturating_sub(1) as f64 / rate_hz;
+                let mut push = |level: f64, range: f64, velocity: f64, turns: f64| {
+                    let begin_m = (range + velocity * middle_s).max(0.0);
+                    scene.sources.push(target(level, begin_m, velocity, turns));
                 };
                 let [a, b] = self.reflected;
-                let other = target(second, range_m + second_off, -0.5 * velocity_mps, b);
-                (truth, both(vec![target(first, range, velocity, a), other]))
+                push(first, range, velocity, a);
+                if second > 0.0 {
+                    push(second, range_m + second_off, -0.5 * velocity_mps, b);
+                }
             }
         }
+        if hum > 0.0 {
+            scene.sources.push(self.line(2, 50.0, hum, block_s));
+        }
+        (truth, scene)
     }
-}
 
-/// Adds a line of so many turns a sample to voltages; `turn` is its angle.
-fn turned(voltages: &mut [[f64; 2]], turn: &mut f64, step: f64, level: f64) {
-    if level <= 0.0 {
-        return;
-    }
-    for [i, q] in voltages {
-        let (sin, cos) = libm::sincos(TAU * *turn);
-        (*i, *q) = (*i + level * cos, *q + level * sin);
-        let next = *turn + step;
-        *turn = next - libm::floor(next);
+    /// A line that goes on from block to block.
+    fn line(&mut self, number: usize, hertz: f64, amplitude: f64, block_s: f64) -> Source {
+        let mut phase_turns = Value::default();
+        if let Some(turns) = self.turns.get_mut(number) {
+            phase_turns = (*turns).into();
+            let next = *turns + hertz * block_s;
+            *turns = next - libm::floor(next);
+        }
+        Source::Tone(Tone {
+            frequency_hz: hertz.into(),
+            amplitude: Some(amplitude.into()),
+            phase_turns,
+            ..Tone::default()
+        })
     }
 }
 

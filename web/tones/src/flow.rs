@@ -1,19 +1,22 @@
 //! Particles in the fringes of two laser beams, before a photodiode whose amplifier passes no steady light: a stream of samples, and
 //! the bursts that the library finds in it.
 
-use crate::random::Random;
 use picket_dsp::{Burst, BurstProcessor, Plan, Real};
-use picket_simulator::{Fringes, Particle};
-use std::f64::consts::PI;
+use picket_simulator::scene::{Noise, Particles, Receiver, Source};
+use picket_simulator::{Run, Scene};
 
 /// Samples per second.
 pub const RATE_HZ: f64 = 200e3;
-/// The recipe's: 650 nm at 10 degrees between the beams.
-pub const FRINGES: Fringes = Fringes { spacing_m: 3.729e-6, radius_m: 90e-6, visibility: 0.7 };
+/// From one fringe to the next, m: the recipe's 650 nm at 10 degrees between the beams.
+pub const FRINGE_M: f64 = 3.729e-6;
+/// Radius of the crossing, m.
+const RADIUS_M: f64 = 90e-6;
 /// Below this frequency the amplifier passes less, Hz.
 const CORNER_HZ: f64 = 995.0;
 /// The amplifier's full scale, codes of 12 bits.
 const FULL: f64 = 2047.5;
+/// A scene lasts so long, s; then the next one begins.
+const SCENE_S: f64 = 20.0;
 
 /// Samples of a burst's record.
 pub const N: usize = 1024;
@@ -48,16 +51,44 @@ pub struct Found {
 #[derive(Debug)]
 pub struct Flow {
     processor: Box<BurstProcessor<Real, N>>,
-    random: Random,
-    /// Particles that are crossing, or did lately, in their order.
-    particles: Vec<Particle>,
-    /// When the next one comes, s.
-    next_s: f64,
+    seed: u64,
+    /// The run of a scene that is shown, by these sliders, and the sample of the flow with which it began.
+    run: Option<(Run, Sliders, u64)>,
+    /// Runs so far.
+    runs: u64,
     samples: u64,
-    /// The last input and output of the amplifier's high pass.
-    passed: [f64; 2],
     /// The last codes, as many as [`LATELY`] at most.
     lately: Vec<i16>,
+}
+
+impl Sliders {
+    /// The scene that they say.
+    fn scene(&self, seed: u64) -> Scene {
+        let amplitude = FULL * 10f64.powf(self.level_db / 20.0);
+        let particles = Particles {
+            fringe_m: FRINGE_M,
+            radius_m: RADIUS_M,
+            visibility: 0.7,
+            velocity_mps: self.mean_mps.into(),
+            turbulence_mps: self.turbulence * self.mean_mps,
+            per_m: self.particles_hz.max(0.1) / self.mean_mps,
+            amplitude: Some(amplitude.into()),
+            sizes: 0.4,
+            ..Particles::default()
+        };
+        Scene {
+            seed,
+            rate_hz: RATE_HZ,
+            seconds: SCENE_S,
+            sources: vec![Source::Particles(particles)],
+            receiver: Receiver {
+                noise: Noise { snr_db: Some(self.snr_db.into()), ..Noise::default() },
+                high_pass_hz: vec![CORNER_HZ],
+                ..Receiver::default()
+            },
+            ..Scene::default()
+        }
+    }
 }
 
 impl Flow {
@@ -65,56 +96,39 @@ impl Flow {
     pub fn new(plan: Plan<Real, N>, seed: u64) -> Self {
         Self {
             processor: Box::new(BurstProcessor::new(plan)),
-            random: Random::new(seed),
-            particles: Vec::new(),
-            next_s: 0.005,
+            seed,
+            run: None,
+            runs: 0,
             samples: 0,
-            passed: [0.0; 2],
             lately: Vec::new(),
         }
     }
 
-    /// Goes on for so many samples: the bursts that are complete with them.
+    /// Goes on for so many samples: the bursts that are complete with them. Other sliders are another scene.
     pub fn advance(&mut self, sliders: &Sliders, count: usize) -> Vec<Found> {
-        let amplitude = FULL * 10f64.powf(sliders.level_db / 20.0);
-        let noise = amplitude / (2.0 * 10f64.powf(sliders.snr_db / 10.0)).sqrt();
-        let end_s = (self.samples as f64 + count as f64) / RATE_HZ;
-        // Whoever is in the middle a while after these samples is seen in them.
-        while self.next_s < end_s + 0.1 {
-            let speed = sliders.mean_mps * (1.0 + sliders.turbulence * self.random.normal());
-            let size = (0.4 * self.random.normal()).exp();
-            self.particles.push(Particle {
-                middle_s: self.next_s,
-                speed_mps: speed.max(0.2 * sliders.mean_mps),
-                level: amplitude / FRINGES.visibility * size,
-                turns: self.random.share(),
-            });
-            self.next_s -= (1.0 - self.random.share()).ln() / sliders.particles_hz.max(0.1);
+        let goes_on = self.run.as_ref().is_some_and(|(_, of, begun)| {
+            of == sliders && (self.samples - begun) as f64 + count as f64 <= SCENE_S * RATE_HZ
+        });
+        if !goes_on {
+            self.runs += 1;
+            let run = sliders.scene(self.seed).run(self.runs);
+            self.run = run.ok().map(|run| (run, *sliders, self.samples));
         }
-        let begin_s = end_s - 0.5;
-        self.particles.retain(|particle| particle.middle_s > begin_s);
-        let c = (PI * CORNER_HZ / RATE_HZ).tan();
-        let (scale, back) = (1.0 / (1.0 + c), (1.0 - c) / (1.0 + c));
-        let mut codes = Vec::with_capacity(count);
-        for _ in 0..count {
-            let time_s = self.samples as f64 / RATE_HZ;
-            self.samples += 1;
-            let seen = |particle: &&Particle| {
-                (time_s - particle.middle_s).abs() < FRINGES.reach_s(particle)
-            };
-            let crossing = self.particles.iter().filter(seen);
-            let light: f64 = crossing.map(|particle| FRINGES.light(particle, time_s)).sum();
-            let [x, y] = self.passed;
-            self.passed = [light, scale * (light - x) + back * y];
-            let volts = self.passed[1] + noise * self.random.normal();
-            codes.push(volts.round().clamp(-2048.0, 2047.0) as i16);
-        }
-        let (mut found, particles) = (Vec::new(), &self.particles);
+        let Some((run, _, begun)) = &mut self.run else { return Vec::new() };
+        let from_s = (self.samples - *begun) as f64 / RATE_HZ;
+        let codes: Vec<i16> = run.codes(from_s, count).into_iter().map(|[code, _]| code).collect();
+        self.samples += count as u64;
+        let (mut found, particles) = (Vec::new(), run.particles(0));
+        let begun_s = *begun as f64 / RATE_HZ;
         self.processor.push(&codes, |&burst| {
-            let away = |particle: &&Particle| (particle.middle_s - burst.arrival / RATE_HZ).abs();
-            let near = particles.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
-            let near = near.filter(|near| away(near) < FRINGES.radius_m / near.speed_mps);
-            let truth_mps = near.map_or(f64::NAN, |near| near.speed_mps);
+            let arrival_s = burst.arrival / RATE_HZ - begun_s;
+            // They are in the order of their middles.
+            let next = particles.partition_point(|particle| particle.middle_s < arrival_s);
+            let both = particles.iter().take(next + 1).skip(next.saturating_sub(1));
+            let away = |middle_s: f64| (middle_s - arrival_s).abs();
+            let near = both.min_by(|a, b| away(a.middle_s).total_cmp(&away(b.middle_s)));
+            let near = near.filter(|near| away(near.middle_s) < RADIUS_M / near.velocity_mps);
+            let truth_mps = near.map_or(f64::NAN, |near| near.velocity_mps);
             found.push(Found { burst, truth_mps });
         });
         self.lately.extend(codes);
@@ -161,9 +175,8 @@ mod tests {
                     "{burst:?}"
                 );
                 if burst.validation == Validation::Valid {
-                    let speed = burst.tone.hertz() * FRINGES.spacing_m;
-                    errors
-                        .push((speed - truth_mps) / (burst.tone.sigma_hertz() * FRINGES.spacing_m));
+                    let speed = burst.tone.hertz() * FRINGE_M;
+                    errors.push((speed - truth_mps) / (burst.tone.sigma_hertz() * FRINGE_M));
                 }
             }
         }

@@ -5,8 +5,6 @@
 //! other has measured.
 
 pub mod flow;
-#[path = "../../src/random.rs"]
-pub mod random;
 #[path = "../../src/row.rs"]
 pub mod row;
 #[path = "../../../host/measure/src/explain/rows.rs"]
@@ -14,7 +12,7 @@ pub mod rows;
 #[path = "../../../host/src/design/sheet.rs"]
 pub mod sheet;
 
-use flow::{FRINGES, Flow, Found, Sliders};
+use flow::{FRINGE_M, Flow, Found, Sliders};
 use picket_dsp::Validation;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::{Iq, Real, Record, Segment, Stamp};
@@ -265,7 +263,7 @@ pub extern "C" fn tones_flow(samples: usize) -> usize {
         let around = found.last().map(|found| flow.around(&found.burst)).unwrap_or_default();
         exchange.text = around.into_iter().flat_map(f32::to_le_bytes).collect();
         let numbers = found.iter().flat_map(|Found { burst, truth_mps }| {
-            let (tone, speed) = (&burst.tone, FRINGES.spacing_m);
+            let (tone, speed) = (&burst.tone, FRINGE_M);
             let (hertz, sigma) = (tone.hertz(), tone.sigma_hertz());
             [
                 burst.arrival / flow::RATE_HZ,
