@@ -6,7 +6,7 @@ use crate::flow::{Flow, Passed};
 use crate::noise::Coloured;
 use crate::path::Path;
 use crate::random::{Speckle, Wander};
-use crate::scene::{Form, Mixing, Scene, Shape, Source};
+use crate::scene::{self, Form, Mixing, Scene, Shape, Source};
 use crate::value::{Course, Value};
 use crate::waveform::Waveform;
 use core::f64::consts::TAU;
@@ -56,6 +56,8 @@ struct Echo {
     legs: Option<[f64; 2]>,
     turns: f64,
     amplitude_at_m: Option<f64>,
+    /// Whether it falls with the range alone.
+    surface: bool,
 }
 
 impl Echo {
@@ -69,7 +71,10 @@ impl Echo {
     }
 
     fn level(&self, range_m: f64) -> f64 {
-        self.amplitude_at_m.map_or(1.0, |at| (at / range_m.max(1e-3)) * (at / range_m.max(1e-3)))
+        self.amplitude_at_m.map_or(1.0, |at| {
+            let ratio = at / range_m.max(1e-3);
+            if self.surface { ratio } else { ratio * ratio }
+        })
     }
 }
 
@@ -305,6 +310,11 @@ impl Scene {
         if fits(0) { low + 1 } else { 0 }
     }
 
+    /// Records of a repetition of its waveform: one in each segment, and one of a continuous wave.
+    pub fn segments(&self) -> usize {
+        self.waveform.as_ref().map_or(1, scene::Waveform::taken)
+    }
+
     /// All of its samples: the records of the segments where there is a guard, else all in a row.
     ///
     /// # Errors
@@ -408,6 +418,14 @@ impl Run {
         truth
     }
 
+    /// What is true of a source at the mean of the middles of the first and the last record of a repetition: the moment to which the range
+    /// of a chirp refers.
+    pub fn truth_of_lap(&self, source: usize, lap: usize, n: usize) -> Truth {
+        let (scene, segments) = (&self.scene, self.scene.segments());
+        let ends = [lap * segments, (lap + 1) * segments - 1].map(|index| scene.start_s(index, n));
+        self.truth(source, f64::midpoint(ends[0], ends[1]), n)
+    }
+
     /// The particles of a source, in the order of their middles.
     pub fn particles(&self, source: usize) -> &[Passed] {
         let voice = self.sources.get(source).and_then(|range| self.voices.get(range.start));
@@ -481,8 +499,8 @@ impl Source {
                             draw.normal()
                         }));
                 }
-                let amplitude_at_m = of.amplitude_at_m;
-                let echo = Echo { range_m, velocity, swings, legs: None, turns, amplitude_at_m };
+                let (amplitude_at_m, surface, legs) = (of.amplitude_at_m, of.surface, None);
+                let echo = Echo { range_m, velocity, swings, legs, turns, amplitude_at_m, surface };
                 vec![Voice { amplitude, changes, what: What::Echo(echo) }]
             }
             Source::Blades(of) => {
@@ -494,8 +512,9 @@ impl Source {
                     let turns = begin + blade as f64 / of.blades as f64 + 0.25;
                     let (swings, velocity) = (vec![[place, hz, turns]], velocity.clone());
                     let turns = draw.share();
+                    let (amplitude_at_m, surface, legs) = (None, false, None);
                     let echo =
-                        Echo { range_m, velocity, swings, legs: None, turns, amplitude_at_m: None };
+                        Echo { range_m, velocity, swings, legs, turns, amplitude_at_m, surface };
                     unchanged(amplitude, What::Echo(echo))
                 };
                 places.map(place).collect()
@@ -506,10 +525,13 @@ impl Source {
                 let begin = draw.share();
                 let swings = vec![[sway / (TAU * hz), hz, begin]];
                 let amplitude_at_m = of.amplitude_at_m;
+                let surface = false;
                 let mut echo = |legs| {
                     let (velocity, swings, turns) =
                         (velocity.clone(), swings.clone(), draw.share());
-                    What::Echo(Echo { range_m, velocity, swings, legs, turns, amplitude_at_m })
+                    let echo =
+                        Echo { range_m, velocity, swings, legs, turns, amplitude_at_m, surface };
+                    What::Echo(echo)
                 };
                 // A leg stands for a step and goes twice as fast as the body in the next; the other one the other way round.
                 let leg = amplitude * libm::exp10(of.legs_db / 20.0);
@@ -616,6 +638,10 @@ fn check_changes(changes: &[crate::scene::Change]) -> Result<(), String> {
     const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
     const SOME: (f64, f64) = (1e-12, f64::INFINITY);
     for change in changes {
+        if let Level { db } = change {
+            db.check("db", true, (-1e4, 300.0))?;
+            continue;
+        }
         let all: &[(&str, &Value, (f64, f64))] = match change {
             Am { depth, rate_hz } => &[("depth", depth, (0.0, 1.0)), ("rate_hz", rate_hz, ANY)],
             Fm { deviation_hz, rate_hz } => {
@@ -629,6 +655,7 @@ fn check_changes(changes: &[crate::scene::Change]) -> Result<(), String> {
             On { from_s, for_s } => {
                 &[("from_s", from_s, ANY), ("for_s", for_s, (0.0, f64::INFINITY))]
             }
+            Level { .. } => &[],
             Decay { time_s, from_s } => &[("time_s", time_s, SOME), ("from_s", from_s, ANY)],
             Burst { middle_s, deviation_s } => {
                 &[("middle_s", middle_s, ANY), ("deviation_s", deviation_s, SOME)]

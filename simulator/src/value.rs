@@ -201,17 +201,15 @@ pub(crate) struct Course {
 impl Course {
     /// The value at a time.
     pub fn at(&self, time_s: f64) -> f64 {
-        let (mut before, mut value) = ([f64::NEG_INFINITY, 0.0], None);
-        for &[time, next] in &self.points {
-            if time_s < time {
-                let [from, last] = before;
-                return value
-                    .map_or(next, |_| last + (next - last) * (time_s - from) / (time - from));
+        let next = self.points.partition_point(|point| point[0] <= time_s);
+        let before = next.checked_sub(1).and_then(|last| self.points.get(last));
+        match (before, self.points.get(next)) {
+            (Some(&[from, last]), Some(&[to, next])) => {
+                last + (next - last) * (time_s - from) / (to - from)
             }
-            before = [time, next];
-            value = Some(next);
+            (Some(&[_, value]), None) | (None, Some(&[_, value])) => value,
+            (None, None) => 0.0,
         }
-        value.unwrap_or(0.0)
     }
 
     /// The integral from 0 to a time.
