@@ -1,8 +1,8 @@
 //! Records of targets before a configuration's sensor, as the simulator's `Sensor` takes them.
 
+use picket_dsp::Mixing;
 use picket_dsp::acquire::sample::Record;
 use picket_dsp::config::{Config, SPEED_OF_LIGHT, Scene};
-use picket_dsp::Mixing;
 use picket_host::scenario::Row;
 use picket_simulator::{Receiver, Sensor, Target};
 use rand::RngExt;
@@ -36,12 +36,7 @@ pub fn codes<R: Record>(
 }
 
 /// The target of a row: where the row says at the moment to which the sensor's range refers, with any phase.
-pub fn target(
-    row: &Row,
-    sensor: &Sensor,
-    amplitude: f64,
-    rng: &mut ChaCha8Rng,
-) -> Target<'static> {
+pub fn target(row: &Row, sensor: &Sensor, amplitude: f64, rng: &mut ChaCha8Rng) -> Target<'static> {
     let Row { range_m, velocity_mps } = *row;
     let begin_m = range_m + velocity_mps * sensor.middle_s();
     Target::moving(amplitude, begin_m, velocity_mps).turned(rng.random())

@@ -1,12 +1,12 @@
 //! The whole way on the host: the paper's rows in noise, and everything that is not a clean tone.
 
+use host_tests::echoes;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::{Real, Segment, Stamp};
 use picket_dsp::config::Config;
 use picket_dsp::methods::registry::Method;
 use picket_dsp::pipeline::{Measurement, Outcome, Pipeline};
 use picket_dsp::tone::Verdict;
-use host_tests::echoes;
 use picket_host::scenario::{self, LIDAR_BARS, Row};
 use picket_host::simulate::{Signal, generator};
 use rayon::prelude::*;

@@ -1,12 +1,12 @@
 //! The chirp solver: exact on the paper's rows, equal to weighted least squares, honest sigmas.
 
+use host_tests::echoes;
 use picket_dsp::acquire::sample::{Iq, Real};
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::solve::chirp::{self, Ambiguity, Mixing, Scale, Shape};
 use picket_dsp::solve::equations::{Chirp, Equations};
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::{Tone, Verdict};
-use host_tests::echoes;
 use picket_host::scenario::{self, Row};
 use picket_simulator::Sensor;
 use proptest::prelude::*;

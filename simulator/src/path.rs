@@ -284,11 +284,8 @@ impl Path {
 
     /// The codes of voltages, the first of which is sample number `first`.
     pub fn convert(&mut self, volts: &[[f64; 2]], first: u64) -> Vec<[i16; 2]> {
-        let mut codes: Vec<[i16; 2]> =
-            volts.iter().map(|volt| volt.map(|part| self.code(part))).collect();
-        if !self.iq {
-            codes.iter_mut().for_each(|code| code[1] = 0);
-        }
+        let code = |[i, q]: &[f64; 2]| [self.code(*i), if self.iq { self.code(*q) } else { 0 }];
+        let mut codes: Vec<[i16; 2]> = volts.iter().map(code).collect();
         if self.converter.swapped {
             codes.as_chunks_mut().0.iter_mut().for_each(|pair: &mut [_; 2]| pair.reverse());
         }
@@ -315,7 +312,8 @@ impl Path {
     fn code(&self, volt: f64) -> i16 {
         let Converter { bits, unsigned, wraps, missing_codes, stuck_bit, wrong_sign, .. } =
             self.converter;
-        let half = libm::exp2(f64::from(bits) - 1.0);
+        // Widths are 16 bits at most.
+        let half = f64::from(1u32.wrapping_shl(bits.wrapping_sub(1)));
         let mut x = volt;
         if self.inl != 0.0 {
             let y = x / half;

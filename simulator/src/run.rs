@@ -257,11 +257,15 @@ impl Scene {
         };
         positive("rate_hz", self.rate_hz)?;
         positive("seconds", self.seconds)?;
-        if self.seconds * self.rate_hz > MOST {
-            return Err(format!("seconds: more than {MOST:e} samples: give less time"));
-        }
         if let Some(waveform) = &self.waveform {
             waveform.check()?;
+        }
+        let samples = match self.gate() {
+            Some((_, n)) if !self.wanders() => self.records(n) as f64 * n as f64,
+            _ => self.seconds * self.rate_hz,
+        };
+        if samples > MOST {
+            return Err(format!("seconds: more than {MOST:e} samples: give less time"));
         }
         for (number, source) in self.sources.iter().enumerate() {
             let name = |what: String| format!("sources[{number}]: {what}");
@@ -271,6 +275,21 @@ impl Scene {
             .check(!self.sources.is_empty())
             .map_err(|what| format!("receiver: {what}"))?;
         self.converter.check().map_err(|what| format!("converter: {what}"))
+    }
+
+    /// Whether something in it is drawn for each sample of its time, also for those that are not taken.
+    fn wanders(&self) -> bool {
+        let walks = |source: &Source| {
+            let (Source::Tone(scene::Tone { changes, .. })
+            | Source::Target(scene::Target { changes, .. })) = source
+            else {
+                return false;
+            };
+            changes.iter().any(|change| matches!(change, scene::Change::Walk { .. }))
+        };
+        self.waveform.as_ref().is_some_and(|waveform| waveform.linewidth_hz > 0.0)
+            || !self.receiver.noise.shape.is_empty()
+            || self.sources.iter().any(walks)
     }
 
     /// Samples of a record in each segment, if records are taken there alone.

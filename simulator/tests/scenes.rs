@@ -214,7 +214,8 @@ fn an_echo_fades_and_a_surface_is_seen_from_farther() {
         .unwrap()
     };
     assert_eq!((scene(true).segments(), Scene::default().segments()), (3, 1));
-    let truth = |surface: bool, lap: usize| scene(surface).run(0).unwrap().truth_of_lap(0, lap, 900);
+    let truth =
+        |surface: bool, lap: usize| scene(surface).run(0).unwrap().truth_of_lap(0, lap, 900);
     let first = truth(true, 0);
     assert!((first.time_s - (1.01e-3 + 0.5 * 899e-6)).abs() < 1e-12, "{first:?}");
     // The flat record's line is that of the speed alone.

@@ -116,7 +116,8 @@ pub(super) fn measured(options: &Options) -> Result<Shown, DemoError> {
     let mut verdicts = BTreeMap::new();
     rows.iter().for_each(|row| *verdicts.entry(row.speed.verdict.name()).or_insert(0) += 1);
     let within = rows.iter().filter(|row| row.speed.is_within()).count();
-    let lies = rows.iter().filter(|row| is_usable(row.speed.verdict) && !row.speed.is_within()).count();
+    let lies =
+        rows.iter().filter(|row| is_usable(row.speed.verdict) && !row.speed.is_within()).count();
     let in_record = N as f64 * 10f64.powf(options.snr_db() / 10.0);
     let bound_mps = (6.0 / (TAU * TAU * in_record)).sqrt() * mps_per_bin();
     let rms_mps = rms(rows.iter().map(|row| row.speed.error()));
@@ -174,7 +175,10 @@ fn chart(row: &Row) -> Chart {
     };
     Chart {
         name: "fan",
-        title: format!("A fan at {DRAWN_MPS} m/s before a 24 GHz radar: {}", row.speed.verdict.name()),
+        title: format!(
+            "A fan at {DRAWN_MPS} m/s before a 24 GHz radar: {}",
+            row.speed.verdict.name()
+        ),
         x: Axis::linear("frequency, Hz", -5000.0, 5000.0),
         y: Axis::linear("level over the body's line, dB", -80.0, 5.0),
         series: vec![

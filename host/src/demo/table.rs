@@ -492,7 +492,14 @@ impl Task {
             }
         }
         let (method, bent) = (self.method.name().into(), self.bent.clone());
-        Summary { results, bars: self.bars, method, mixing: None, bent, quantities: self.quantities }
+        Summary {
+            results,
+            bars: self.bars,
+            method,
+            mixing: None,
+            bent,
+            quantities: self.quantities,
+        }
     }
 }
 

@@ -203,7 +203,12 @@ fn chart(row: &Row, snr_db: f64) -> Chart {
         x: Axis::linear("velocity towards the lidar, m/s", -SHOWN_MPS, SHOWN_MPS),
         y: Axis::linear("power of a bin over the noise, dB", -25.0, 20.0),
         series: vec![
-            Series::new("the air", Style::Dashed, 1, [-25.0, 20.0].map(|at| (row.speed.truth_mps, at))),
+            Series::new(
+                "the air",
+                Style::Dashed,
+                1,
+                [-25.0, 20.0].map(|at| (row.speed.truth_mps, at)),
+            ),
             line("a block that misses it".into(), 6, block),
             line(format!("mean of {BLOCKS}"), 0, sum),
         ],
