@@ -55,20 +55,23 @@ fn replay<R: Kind>(recording: Recording, options: &Options) -> Result<ExitCode, 
         return on_pico(recording, config, options);
     }
     let mut source = recording.blocks(options.n, options.n, 0);
-    let block = (0..blocks).map(|_| {
+    // Without any the source says why.
+    let block = (0..blocks.max(1)).map(|_| {
         let block = source.next_block().map_err(said)?;
         let (_, samples) = block.ok_or_else(|| said("the recording ended early"))?;
         Ok(samples.iter().map(|s| R::from_parts(s.code())).collect())
     });
-    if !options.json {
-        outln!("{}", heading(options));
-    }
     let mut arrived = 0;
     let listener = play::<R>("frontend_qemu", (config, options.n), block, options, |bar, said| {
         let Said::Telemetry(record) = said else { return };
         let line = Line::of(&record, rate_hz, options);
+        bar.suspend(|| {
+            if arrived == 0 && !options.json {
+                outln!("{}", heading(options));
+            }
+            print_line(&line, options);
+        });
         arrived += 1;
-        bar.suspend(|| print_line(&line, options));
     })?;
     if arrived != blocks || listener.missing + listener.bad > 0 {
         return Err(said(format!("{arrived} of {blocks} blocks arrived")));
