@@ -115,7 +115,9 @@ fn least_squares_beats_z_rife_in_the_same_noise() {
     let total = |method: &str| -> f64 {
         let square = |seed: u32| {
             let seed = seed.to_string();
-            let lines = lines(&["--snr-db", "-8", "--seed", &seed, "--method", method, "--json"]);
+            // The bar is 3.4 standard deviations of Z-Rife's error: one of 224 rows is outside by chance in a sixth of all runs.
+            let of = if method == "z-rife" { lines_of_any } else { lines };
+            let lines = of(&["--snr-db", "-8", "--seed", &seed, "--method", method, "--json"]);
             number(lines.last().unwrap(), "rms_range_m").powi(2)
         };
         (1..=8).map(square).sum()
