@@ -3,13 +3,12 @@
 
 use crate::signal::*;
 use fixed::types::I32F32;
-use host_tests::sized;
+use host_tests::{echoes, sized};
 use picket_dsp::acquire::frontend::Timing;
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::solve::chirp::{Ambiguity, Mixing, Shape};
 use picket_dsp::solve::equations::Chirp;
 use picket_dsp::{Alternating, Codes, Iq, Measurement, Method, Outcome, Pipeline, Stamp, Verdict};
-use picket_host::scenario;
 use picket_simulator::Target;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -252,7 +251,7 @@ fn echoes<const N: usize>(
     rng: &mut ChaCha8Rng,
 ) -> [[[i16; 2]; N]; 2] {
     let config = Config { scene, ..Config::new(2e3, CODES) };
-    let twice = scenario::sensor::<Iq>(&config, 2 * N, 0.0);
+    let twice = echoes::sensor::<Iq>(&config, 2 * N, 0.0);
     let twice = twice.clone().received_by(twice.receiver.with_snr(target.amplitude, 10.0));
     let targets = core::slice::from_ref(target);
     let record = twice.record(targets, (0, segment), || rng.sample(StandardNormal));
@@ -307,7 +306,7 @@ fn the_sign_reaches_the_solver() {
             panic!("no target")
         };
         println!("{turns:?}");
-        let middle_s = scenario::sensor::<Iq>(&config, 512, 0.0).middle_s();
+        let middle_s = echoes::sensor::<Iq>(&config, 512, 0.0).middle_s();
         for seen in [turns, at_once] {
             assert_eq!((seen.ambiguity, seen.verdict), (Ambiguity::None, Verdict::Good));
             let off =

@@ -4,6 +4,7 @@
 //! 600 blocks; `PICKET_BLOCKS=20000` for the long run.
 
 use fixed::types::I32F32;
+use host_tests::echoes;
 use host_tests::figures::hold;
 use host_tests::prepare_packages;
 use picket_dsp::Effort;
@@ -25,7 +26,7 @@ use picket_host::arithmetic::Arithmetic;
 use picket_host::board::{Beside, Board, image};
 use picket_host::device::{Blocks, Said};
 use picket_host::emulator::Footprint;
-use picket_host::{flash, rates, recording, scenario};
+use picket_host::{flash, rates, recording};
 use picket_lab::bench::worst;
 use picket_simulator::{Receiver, Target};
 use picket_wire::boot::{Boot, Clock, Origin};
@@ -509,7 +510,7 @@ fn settings_are_checked_used_and_a_chirp_goes_through_segment_by_segment() {
     let body = board.request(Command::GetSettings).unwrap().unwrap();
     assert_eq!(Settings::from_bytes(&body), Ok((used, N)));
     let mut here = Here::<Iq>::new(&settings);
-    let radar = scenario::sensor::<Iq>(&used.config, N, 0.0);
+    let radar = echoes::sensor::<Iq>(&used.config, N, 0.0);
     let receiver = Receiver { offset: [150.0, -80.0], ..radar.receiver.with_snr(900.0, 30.0) };
     let radar = radar.received_by(receiver);
     let Scene::Chirp(chirp) = used.config.scene else { panic!("no chirp") };
@@ -520,7 +521,7 @@ fn settings_are_checked_used_and_a_chirp_goes_through_segment_by_segment() {
         let velocity_mps = if number < 30 { 25.0 } else { 0.0 };
         let target = Target::moving(900.0, 90.0, velocity_mps).turned(rng.random());
         let at = (number / 3, number as usize % 3);
-        let samples = scenario::codes::<Iq>(&radar, core::slice::from_ref(&target), at, &mut rng);
+        let samples = echoes::codes::<Iq>(&radar, core::slice::from_ref(&target), at, &mut rng);
         let samples: [[i16; 2]; N] = samples.try_into().unwrap();
         assert!(board.block(&bytes(samples.as_flattened())).unwrap());
         let expected = here.record(here.stamp(number, false), &samples, Health::default());

@@ -1,5 +1,6 @@
 //! The whole way on the host: the paper's rows in noise, and everything that is not a clean tone.
 
+use host_tests::echoes;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::{Real, Segment, Stamp};
 use picket_dsp::config::Config;
@@ -27,12 +28,15 @@ fn block(signal: &Signal, seed: u64, trial: u64) -> [i16; N] {
 /// One chirp of the lidar in front of a target.
 fn chirp(row: &Row, snr_db: f64, method: Method, seed: u64, trial: u64) -> Measurement {
     let config = Config { method, ..scenario::lidar() };
-    let sensor = scenario::sensor::<Real>(&config, N, 0.0);
+    let sensor = echoes::sensor::<Real>(&config, N, 0.0);
     let mut pipeline = pipeline(config);
     let mut last = Measurement::default();
     for (number, &segment) in config.scene.segments().iter().enumerate() {
         let rng = &mut generator(seed, 3 * trial + number as u64);
-        let samples = row.codes::<Real>(&sensor, number, (350.0, snr_db), rng);
+        let target = echoes::target(row, &sensor, 350.0, rng);
+        let receiver = sensor.receiver.with_snr(target.amplitude, snr_db);
+        let sensor = sensor.clone().received_by(receiver);
+        let samples = echoes::codes::<Real>(&sensor, &[target], (0, number), rng);
         last = pipeline.block(&stamp(number as u32, segment), samples.as_array().unwrap());
     }
     last

@@ -1,5 +1,6 @@
 //! The chirp solver: exact on the paper's rows, equal to weighted least squares, honest sigmas.
 
+use host_tests::echoes;
 use picket_dsp::acquire::sample::{Iq, Real};
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::solve::chirp::{self, Ambiguity, Mixing, Scale, Shape};
@@ -22,7 +23,7 @@ fn lidar(mixing: Option<Mixing>) -> (Sensor, Equations) {
     let config = Config { scene: Scene::Chirp(chirp), ..scenario::lidar() };
     let signed = mixing.is_some();
     let equations = chirp.equations(config.rate_hz, N, signed).unwrap();
-    (scenario::sensor::<Iq>(&config, N, 0.0), equations)
+    (echoes::sensor::<Iq>(&config, N, 0.0), equations)
 }
 
 fn equations() -> Equations {
@@ -41,7 +42,7 @@ fn tone(cycles: f64, sigma: f32) -> Tone {
 /// The three tones of a row, from the phases of its simulated records: magnitudes where the samples are real.
 fn tones(row: &Row, mixing: Option<Mixing>, sigmas: [f32; 3]) -> [Tone; 3] {
     let (sensor, _) = lidar(mixing);
-    let target = row.target(&sensor, 1.0, &mut ChaCha8Rng::seed_from_u64(1));
+    let target = echoes::target(row, &sensor, 1.0, &mut ChaCha8Rng::seed_from_u64(1));
     std::array::from_fn(|i| {
         let beat = sensor.beat(&target, (0, i));
         tone(if mixing.is_some() { beat } else { beat.abs() }, sigmas[i])
@@ -109,10 +110,10 @@ fn a_wrong_mixing_is_never_good() {
                 Chirp { shape, mixing, duration_s: 1.1e-3, guard_s: 0.04e-3, ..Chirp::default() };
             let config =
                 Config { scene: Scene::Chirp(chirp), ..Config::new(1e6, scenario::lidar().codes) };
-            let sensor = scenario::sensor::<Iq>(&config, N, 0.0);
+            let sensor = echoes::sensor::<Iq>(&config, N, 0.0);
             let equations = Chirp { mixing: set, ..chirp }.equations(1e6, N, true).unwrap();
             let row = Row { range_m: 30.0, velocity_mps: 3.0 };
-            let target = row.target(&sensor, 1.0, &mut ChaCha8Rng::seed_from_u64(1));
+            let target = echoes::target(&row, &sensor, 1.0, &mut ChaCha8Rng::seed_from_u64(1));
             let tone = |segment| tone(sensor.beat(&target, (0, segment)), 1e-6);
             if shape == Shape::Triangle {
                 chirp::triangle(&[tone(0), tone(1)], true, &equations)

@@ -103,6 +103,10 @@ fn course(change: &Change, span_s: (f64, f64), rate_hz: f64, draw: &mut Draw) ->
             let [from, time] = [from_s, for_s].map(|value| value.draw(draw));
             gain(move |t| if t >= from && t < from + time { 1.0 } else { 0.0 })
         }
+        Change::Level { db } => {
+            let db = db.course(draw);
+            gain(move |t| libm::exp10(db.at(t) / 20.0))
+        }
         Change::Decay { time_s, from_s } => {
             let [time, from] = [time_s, from_s].map(|value| value.draw(draw));
             gain(move |t| libm::exp(-(t - from).max(0.0) / time))

@@ -321,11 +321,10 @@ impl Path {
 
     /// The codes of voltages, the first of which is sample number `first`; of a converter that rounds and ends at its rails, or of none such.
     pub fn convert(&mut self, volts: &[[f64; 2]], first: u64, rounds: bool) -> Vec<[f64; 2]> {
-        let mut codes: Vec<[f64; 2]> =
-            volts.iter().map(|volt| volt.map(|part| self.code(part, rounds))).collect();
-        if !self.iq {
-            codes.iter_mut().for_each(|code| code[1] = 0.0);
-        }
+        let code = |[i, q]: &[f64; 2]| {
+            [self.code(*i, rounds), if self.iq { self.code(*q, rounds) } else { 0.0 }]
+        };
+        let mut codes: Vec<[f64; 2]> = volts.iter().map(code).collect();
         if self.converter.swapped {
             codes.as_chunks_mut().0.iter_mut().for_each(|pair: &mut [_; 2]| pair.reverse());
         }
@@ -358,7 +357,8 @@ impl Path {
                 (0.5 * (high + 1.0 - low), 0.5 * (high + 1.0 + low))
             }
             None => {
-                let half = libm::exp2(f64::from(bits) - 1.0);
+                // Widths are 16 bits at most.
+                let half = f64::from(1u32.wrapping_shl(bits.wrapping_sub(1)));
                 (half, if unsigned { half } else { 0.0 })
             }
         };

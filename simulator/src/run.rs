@@ -6,7 +6,7 @@ use crate::flow::{Flow, Passed};
 use crate::noise::Coloured;
 use crate::path::Path;
 use crate::random::{Speckle, Wander};
-use crate::scene::{Form, Mixing, Scene, Shape, Source};
+use crate::scene::{self, Form, Mixing, Scene, Shape, Source};
 use crate::value::{Course, Value};
 use crate::waveform::Waveform;
 use core::f64::consts::TAU;
@@ -56,6 +56,8 @@ struct Echo {
     legs: Option<[f64; 2]>,
     turns: f64,
     amplitude_at_m: Option<f64>,
+    /// Whether it falls with the range alone.
+    surface: bool,
 }
 
 impl Echo {
@@ -69,7 +71,10 @@ impl Echo {
     }
 
     fn level(&self, range_m: f64) -> f64 {
-        self.amplitude_at_m.map_or(1.0, |at| (at / range_m.max(1e-3)) * (at / range_m.max(1e-3)))
+        self.amplitude_at_m.map_or(1.0, |at| {
+            let ratio = at / range_m.max(1e-3);
+            if self.surface { ratio } else { ratio * ratio }
+        })
     }
 }
 
@@ -253,11 +258,15 @@ impl Scene {
         };
         positive("rate_hz", self.rate_hz)?;
         positive("seconds", self.seconds)?;
-        if self.seconds * self.rate_hz > MOST {
-            return Err(format!("seconds: more than {MOST:e} samples: give less time"));
-        }
         if let Some(waveform) = &self.waveform {
             waveform.check()?;
+        }
+        let samples = match self.gate() {
+            Some((_, n)) if !self.wanders() => self.records(n) as f64 * n as f64,
+            _ => self.seconds * self.rate_hz,
+        };
+        if samples > MOST {
+            return Err(format!("seconds: more than {MOST:e} samples: give less time"));
         }
         for (number, source) in self.sources.iter().enumerate() {
             let name = |what: String| format!("sources[{number}]: {what}");
@@ -277,6 +286,21 @@ impl Scene {
         let converter = &self.converter;
         let early_s = count(&converter.stale) + self.receiver.q_late_s.most();
         (early_s, count(&converter.lost) + self.receiver.q_late_s.most())
+    }
+
+    /// Whether something in it is drawn for each sample of its time, also for those that are not taken.
+    fn wanders(&self) -> bool {
+        let walks = |source: &Source| {
+            let (Source::Tone(scene::Tone { changes, .. })
+            | Source::Target(scene::Target { changes, .. })) = source
+            else {
+                return false;
+            };
+            changes.iter().any(|change| matches!(change, scene::Change::Walk { .. }))
+        };
+        self.waveform.as_ref().is_some_and(|waveform| waveform.linewidth_hz > 0.0)
+            || !self.receiver.noise.shape.is_empty()
+            || self.sources.iter().any(walks)
     }
 
     /// Samples of a record in each segment, if records are taken there alone.
@@ -314,6 +338,11 @@ impl Scene {
             if fits(middle) { low = middle } else { high = middle }
         }
         if fits(0) { low + 1 } else { 0 }
+    }
+
+    /// Records of a repetition of its waveform: one in each segment, and one of a continuous wave.
+    pub fn segments(&self) -> usize {
+        self.waveform.as_ref().map_or(1, scene::Waveform::taken)
     }
 
     /// All of its samples: the records of the segments where there is a guard, else all in a row.
@@ -446,6 +475,14 @@ impl Run {
         truth
     }
 
+    /// What is true of a source at the mean of the middles of the first and the last record of a repetition: the moment to which the range
+    /// of a chirp refers.
+    pub fn truth_of_lap(&self, source: usize, lap: usize, n: usize) -> Truth {
+        let (scene, segments) = (&self.scene, self.scene.segments());
+        let ends = [lap * segments, (lap + 1) * segments - 1].map(|index| scene.start_s(index, n));
+        self.truth(source, f64::midpoint(ends[0], ends[1]), n)
+    }
+
     /// The particles of a source, in the order of their middles.
     pub fn particles(&self, source: usize) -> &[Passed] {
         let voice = self.sources.get(source).and_then(|range| self.voices.get(range.start));
@@ -519,8 +556,8 @@ impl Source {
                             draw.normal()
                         }));
                 }
-                let amplitude_at_m = of.amplitude_at_m;
-                let echo = Echo { range_m, velocity, swings, legs: None, turns, amplitude_at_m };
+                let (amplitude_at_m, surface, legs) = (of.amplitude_at_m, of.surface, None);
+                let echo = Echo { range_m, velocity, swings, legs, turns, amplitude_at_m, surface };
                 vec![Voice { amplitude, changes, what: What::Echo(echo) }]
             }
             Source::Blades(of) => {
@@ -532,8 +569,9 @@ impl Source {
                     let turns = begin + blade as f64 / of.blades as f64 + 0.25;
                     let (swings, velocity) = (vec![[place, hz, turns]], velocity.clone());
                     let turns = draw.share();
+                    let (amplitude_at_m, surface, legs) = (None, false, None);
                     let echo =
-                        Echo { range_m, velocity, swings, legs: None, turns, amplitude_at_m: None };
+                        Echo { range_m, velocity, swings, legs, turns, amplitude_at_m, surface };
                     unchanged(amplitude, What::Echo(echo))
                 };
                 places.map(place).collect()
@@ -544,10 +582,13 @@ impl Source {
                 let begin = draw.share();
                 let swings = vec![[sway / (TAU * hz), hz, begin]];
                 let amplitude_at_m = of.amplitude_at_m;
+                let surface = false;
                 let mut echo = |legs| {
                     let (velocity, swings, turns) =
                         (velocity.clone(), swings.clone(), draw.share());
-                    What::Echo(Echo { range_m, velocity, swings, legs, turns, amplitude_at_m })
+                    let echo =
+                        Echo { range_m, velocity, swings, legs, turns, amplitude_at_m, surface };
+                    What::Echo(echo)
                 };
                 // A leg stands for a step and goes twice as fast as the body in the next; the other one the other way round.
                 let leg = amplitude * libm::exp10(of.legs_db / 20.0);
@@ -654,6 +695,10 @@ fn check_changes(changes: &[crate::scene::Change]) -> Result<(), String> {
     const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
     const SOME: (f64, f64) = (1e-12, f64::INFINITY);
     for change in changes {
+        if let Level { db } = change {
+            db.check("db", true, (-1e4, 300.0))?;
+            continue;
+        }
         let all: &[(&str, &Value, (f64, f64))] = match change {
             Am { depth, rate_hz } => &[("depth", depth, (0.0, 1.0)), ("rate_hz", rate_hz, ANY)],
             Fm { deviation_hz, rate_hz } => {
@@ -667,6 +712,7 @@ fn check_changes(changes: &[crate::scene::Change]) -> Result<(), String> {
             On { from_s, for_s } => {
                 &[("from_s", from_s, ANY), ("for_s", for_s, (0.0, f64::INFINITY))]
             }
+            Level { .. } => &[],
             Decay { time_s, from_s } => &[("time_s", time_s, SOME), ("from_s", from_s, ANY)],
             Burst { middle_s, deviation_s } => {
                 &[("middle_s", middle_s, ANY), ("deviation_s", deviation_s, SOME)]

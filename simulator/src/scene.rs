@@ -228,6 +228,11 @@ pub enum Change {
         #[serde(default = "for_ever")]
         for_s: Value,
     },
+    /// Its level over the stated one, which changes with time: it fades, or something hides it.
+    Level {
+        /// dB.
+        db: Value,
+    },
     /// It dies away from `from_s` on.
     Decay {
         /// To 1/e in so long, s.
@@ -292,6 +297,8 @@ pub struct Target {
     pub level_db: Option<Value>,
     /// The range of the stated amplitude, m: its echo then falls with the square of the range.
     pub amplitude_at_m: Option<f64>,
+    /// Whether the whole beam lies on it: its echo then falls with the range, not with the square of it.
+    pub surface: bool,
     /// What the reflection adds to its phase, turns.
     pub phase_turns: Value,
     /// It swings to each side by so much, m, so often, Hz.
@@ -310,6 +317,7 @@ impl Default for Target {
             amplitude: None,
             level_db: None,
             amplitude_at_m: None,
+            surface: false,
             phase_turns: Value::Between([0.0, 1.0]),
             vibration: Vec::new(),
             spot_m: None,

@@ -327,3 +327,30 @@ fn what_cannot_be_is_said() {
         assert!(error.contains(said), "{error}");
     }
 }
+
+/// A lap's truth is in the middle of its records; an echo fades as it is told, and that of a surface falls with the range.
+#[test]
+fn an_echo_fades_and_a_surface_is_seen_from_farther() {
+    let scene = |surface: bool| {
+        Scene::from_json(&format!(
+            r#"{{"rate_hz": 1e6, "seconds": 10, "waveform": {{"shape": "trapezoid", "carrier_hz": 24e9, "bandwidth_hz": 2e8,
+                 "ramp_s": 1e-3, "period_s": 0.1, "guard_s": 1e-5, "samples": 900}},
+                "sources": [{{"target": {{"range_m": 20, "velocity_mps": -10, "amplitude": 400, "amplitude_at_m": 20,
+                    "surface": {surface}, "changes": [{{"level": {{"db": [[4, 0], [6, -20]]}}}}]}}}}]}}"#
+        ))
+        .unwrap()
+    };
+    assert_eq!((scene(true).segments(), Scene::default().segments()), (3, 1));
+    let truth =
+        |surface: bool, lap: usize| scene(surface).run(0).unwrap().truth_of_lap(0, lap, 900);
+    let first = truth(true, 0);
+    assert!((first.time_s - (1.01e-3 + 0.5 * 899e-6)).abs() < 1e-12, "{first:?}");
+    // The flat record's line is that of the speed alone.
+    assert!((first.frequency_hz.abs() - 2.0 * 10.0 * 24.2e9 / C).abs() < 1.0, "{first:?}");
+    // At 40 m, at 70 m in the middle of the fading, and at 100 m.
+    for (lap, falls, fades) in [(20, 2.0, 1.0), (50, 3.5, 10f64.powf(-0.5)), (80, 5.0, 0.1)] {
+        let of = |surface: bool| truth(surface, lap).amplitude / 400.0;
+        assert!((of(true) * falls / fades - 1.0).abs() < 0.02, "{lap}: {}", of(true));
+        assert!((of(false) * falls * falls / fades - 1.0).abs() < 0.02, "{lap}: {}", of(false));
+    }
+}

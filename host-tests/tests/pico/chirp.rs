@@ -1,7 +1,7 @@
 //! The board's own chirp: levels and samples in step, blocks and segments that stay together, records that are the host's.
 
 use super::scene::{expected, frames, measure, measured, plug, record, set_plan, status};
-use host_tests::sized;
+use host_tests::{echoes, sized};
 use picket_dsp::acquire::sample::Real;
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::solve::chirp::Shape;
@@ -10,7 +10,6 @@ use picket_firmware::pico::N;
 use picket_firmware::pico::waveform::PLACES;
 use picket_firmware::pico::words::Words;
 use picket_host::pico::bench::Pico;
-use picket_host::scenario;
 use picket_simulator::Target;
 use picket_wire::command::{Command, Refusal};
 use picket_wire::settings::{Drive, Settings};
@@ -185,7 +184,7 @@ fn every_record_of_a_chirp_is_the_hosts() {
     let Scene::Chirp(chirp) = plan.settings.config.scene else { panic!("no chirp") };
     let scene = Scene::Chirp(Chirp { guard_s: 0.0, ..chirp });
     let config = Config { scene, ..plan.settings.config };
-    let radar = scenario::sensor::<Real>(&config, plan.length as usize, 0.0);
+    let radar = echoes::sensor::<Real>(&config, plan.length as usize, 0.0);
     let radar = radar.clone().received_by(radar.receiver.with_snr(900.0, 50.0));
     for _ in 0..blocks / 3 {
         let (range_m, velocity_mps) =
@@ -193,7 +192,7 @@ fn every_record_of_a_chirp_is_the_hosts() {
         let target = Target::moving(900.0, range_m, velocity_mps).turned(rng.random());
         let targets = core::slice::from_ref(&target);
         for segment in 0..radar.segments() {
-            samples.extend(scenario::codes::<Real>(&radar, targets, (0, segment), &mut rng));
+            samples.extend(echoes::codes::<Real>(&radar, targets, (0, segment), &mut rng));
         }
     }
     let mut pico = plug();

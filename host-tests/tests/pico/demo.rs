@@ -8,18 +8,18 @@ use picket_dsp::pipeline::{Outcome, Pipeline};
 use picket_dsp::tone::Verdict;
 use picket_firmware::pico::N;
 use picket_host::demo::options::{Board, Options};
-use picket_host::demo::{measure, pico};
+use picket_host::demo::{pico, table};
 
 /// The 28 targets of the lidar, slowed down to the board's rate, inside the paper's bars.
 #[test]
 fn every_lidar_row_is_inside_the_papers_bars() {
     for seed in 1..=sized(1, 20) {
         let options = Options { board: Board::Pico, seed, ..Options::default() };
-        let summary = measure::lidar(&options).unwrap();
-        println!("seed {seed}\n{}", summary.lidar_text());
+        let summary = table::lidar(&options).unwrap();
+        println!("seed {seed}\n{}\n{}", summary.rows_text(), summary.text());
         assert_eq!((summary.results.len(), summary.inside()), (28, 28), "{seed}");
         for row in &summary.results {
-            let (range, velocity) = row.errors().unwrap();
+            let [range, velocity] = row.errors().unwrap();
             let answer = row.answer.unwrap();
             assert!(range.abs() < 5.0 * answer.sigma_range_m, "{seed} {row:?}");
             assert!(velocity.abs() < 5.0 * answer.sigma_velocity_mps, "{seed} {row:?}");

@@ -2,14 +2,13 @@
 
 use super::faults::{Blocks, EACH, any, play};
 use super::scene::{expected, frames, measure, plug, record, set_plan, status};
-use host_tests::sized;
+use host_tests::{echoes, sized};
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::{Chirp, Iq, Mixing, Outcome, Shape, Verdict};
 use picket_firmware::pico::N;
 use picket_firmware::pico::words::Words;
 use picket_host::pico::bench::Pico;
 use picket_host::pico::converter::Converter;
-use picket_host::scenario;
 use picket_simulator::{Receiver, Target};
 use picket_wire::settings::{Drive, Settings};
 use rand::{RngExt, SeedableRng};
@@ -121,7 +120,7 @@ fn chirps_of_pairs_have_their_ranges_and_velocities() {
         let used = plan.settings.config;
         // Each conversion is half a pair after the one before.
         let radar =
-            scenario::sensor::<Iq>(&Config { rate_hz: 2.0 * used.rate_hz, ..used }, 2 * N, 0.0);
+            echoes::sensor::<Iq>(&Config { rate_hz: 2.0 * used.rate_hz, ..used }, 2 * N, 0.0);
         let receiver = Receiver { offset: [140.0, -90.0], ..radar.receiver.with_snr(900.0, 30.0) };
         let radar = radar.received_by(receiver);
         let mut rng = ChaCha8Rng::seed_from_u64(64);
@@ -132,7 +131,7 @@ fn chirps_of_pairs_have_their_ranges_and_velocities() {
             let target = Target::moving(900.0, range_m, velocity_mps).turned(rng.random());
             let targets = core::slice::from_ref(&target);
             for segment in 0..radar.segments() {
-                samples.extend(scenario::codes::<Iq>(&radar, targets, (0, segment), &mut rng));
+                samples.extend(echoes::codes::<Iq>(&radar, targets, (0, segment), &mut rng));
             }
             truths.push([target.range_m(radar.middle_s()), velocity_mps]);
         }

@@ -1,6 +1,7 @@
 //! Progress of work that takes longer than a second, for a person at a terminal.
 
-use indicatif::{ProgressBar, ProgressStyle};
+pub use indicatif::ProgressBar;
+use indicatif::ProgressStyle;
 use std::time::Duration;
 
 /// A bar on stderr that counts to `total`; invisible where stderr is no terminal.

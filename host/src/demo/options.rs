@@ -180,6 +180,11 @@ impl Options {
 }
 
 impl Scenario {
+    /// Whether ranges and velocities are drawn, each in a picture.
+    pub fn has_two_pictures(self) -> bool {
+        matches!(self, Scenario::Table3 | Scenario::Drive | Scenario::Traffic)
+    }
+
     /// Whether the core measures it on this machine, and no emulated board.
     pub fn is_by_the_core(self) -> bool {
         matches!(self, Scenario::Traffic | Scenario::Vibration | Scenario::Ldv | Scenario::Wind)

@@ -3,12 +3,12 @@
 //! The board measures tones. It makes no chirps, so a chirp's target is solved here, from the three records of its ramps.
 
 use super::options::Options;
-use super::{DemoError, measure, said};
+use super::table::Task;
+use super::{DemoError, said};
 use crate::pico::bench::{Pico, emulator};
 use crate::pico::converter::Converter;
 use crate::pico::{binary, image};
 use crate::progress;
-use crate::scenario::Row;
 use crate::toolchain::{Need, Target, have};
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::pipeline::Outcome;
@@ -17,7 +17,6 @@ use picket_dsp::solve::chirp;
 use picket_dsp::tone::Tone;
 use picket_firmware::pico::N;
 use picket_firmware::pico::words::Words;
-use picket_simulator::Sensor;
 use picket_wire::command::Command;
 use picket_wire::settings::{Calibration, Settings};
 use picket_wire::telemetry::Telemetry;
@@ -26,20 +25,12 @@ use picket_wire::telemetry::Telemetry;
 pub const RATE_HZ: f64 = 500e3;
 
 /// The lidar's records, slowed down to the board's rate: a bin stays a bin. Each third has its chirp's target.
-pub fn lidar(
-    config: Config,
-    sensor: &Sensor,
-    rows: &[Row],
-    options: &Options,
-) -> Result<Vec<Telemetry>, DemoError> {
+pub(super) fn lidar(task: &Task, options: &Options) -> Result<Vec<Telemetry>, DemoError> {
+    let config = task.config;
     let plan = config.plan::<picket_dsp::Real, N>().map_err(said)?;
     let Solver::Chirp(equations) = plan.solver else { return Err(said("no chirp")) };
-    let mut voltages = Vec::new();
-    for seed in options.seed..options.seed.wrapping_add(options.seeds) {
-        let blocks =
-            measure::blocks::<picket_dsp::Real>(sensor, rows, None, options.snr_db(), seed);
-        voltages.extend(blocks.flatten().map(f64::from));
-    }
+    let blocks = task.all_blocks::<picket_dsp::Real>(options)?;
+    let voltages: Vec<f64> = blocks.into_iter().flatten().map(f64::from).collect();
     let slowed = Config { rate_hz: RATE_HZ, scene: Scene::Tone, ..config };
     let mut records = records(slowed, &voltages)?;
     for ramps in records.as_chunks_mut::<3>().0 {

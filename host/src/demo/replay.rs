@@ -1,11 +1,10 @@
 //! A recording through the firmware: a line for each block.
 
-use super::measure::play;
+use super::feed::play;
 use super::options::{Board, Options};
 use super::{DemoError, pico, said};
 use crate::band;
-use crate::emulator::Capture;
-use crate::progress;
+use crate::device::Said;
 use crate::recording::{self, Recording};
 use crate::simulate::Kind;
 use picket_dsp::acquire::codes::Codes;
@@ -13,7 +12,6 @@ use picket_dsp::acquire::sample::{Iq, Real};
 use picket_dsp::config::{Config, SPEED_OF_LIGHT, Scene};
 use picket_dsp::pipeline::Outcome;
 use picket_dsp::spectrum::fft::twiddle;
-use picket_wire::capture::Header;
 use picket_wire::telemetry::Telemetry;
 use serde::Serialize;
 use std::path::Path;
@@ -56,26 +54,25 @@ fn replay<R: Kind>(recording: Recording, options: &Options) -> Result<ExitCode, 
     if options.board == Board::Pico {
         return on_pico(recording, config, options);
     }
-    let header = Header::from_config::<R>(config, options.n as u32, blocks);
-    let mut capture = Capture::create(&header).map_err(said)?;
     let mut source = recording.blocks(options.n, options.n, 0);
-    while let Some((_, samples)) = source.next_block().map_err(said)? {
-        let codes: Vec<R::Sample> = samples.iter().map(|s| R::from_parts(s.code())).collect();
-        capture.push::<R>(&codes).map_err(said)?;
-    }
-    if !options.json {
-        outln!("{}", heading(options));
-    }
-    let bar = progress::bar(blocks.into(), "blocks");
+    // Without any the source says why.
+    let block = (0..blocks.max(1)).map(|_| {
+        let block = source.next_block().map_err(said)?;
+        let (_, samples) = block.ok_or_else(|| said("the recording ended early"))?;
+        Ok(samples.iter().map(|s| R::from_parts(s.code())).collect())
+    });
     let mut arrived = 0;
-    let listener = play(capture, options, |record| {
+    let listener = play::<R>("frontend_qemu", (config, options.n), block, options, |bar, said| {
+        let Said::Telemetry(record) = said else { return };
         let line = Line::of(&record, rate_hz, options);
+        bar.suspend(|| {
+            if arrived == 0 && !options.json {
+                outln!("{}", heading(options));
+            }
+            print_line(&line, options);
+        });
         arrived += 1;
-        bar.suspend(|| print_line(&line, options));
-        bar.inc(1);
-    })
-    .map_err(said)?;
-    bar.finish_and_clear();
+    })?;
     if arrived != blocks || listener.missing + listener.bad > 0 {
         return Err(said(format!("{arrived} of {blocks} blocks arrived")));
     }

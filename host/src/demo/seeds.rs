@@ -1,11 +1,11 @@
 //! The lidar's rows with many seeds: how large errors are, and whether the gross ones are known for what they are.
 
-use super::measure::{self, Lidar, N};
+use super::feed::N;
 use super::options::Options;
-use super::table::{Summary, table};
-use super::{DemoError, heading, said};
+use super::shown::table;
+use super::table::{self as targets, Summary, Task, heading};
+use super::{DemoError, said};
 use crate::scenario::Laser;
-use comfy_table::{Cell, CellAlignment};
 use picket_dsp::acquire::sample::Real;
 use picket_dsp::methods::registry::Method;
 use picket_dsp::plan::Solver;
@@ -52,7 +52,7 @@ impl Spread {
             trust_range: 0.0,
         };
         for result in summary.results.iter().take(targets) {
-            let (Some(answer), Some((range, velocity))) = (result.answer, result.errors()) else {
+            let (Some(answer), Some([range, velocity])) = (result.answer, result.errors()) else {
                 spread.gross += 1;
                 continue;
             };
@@ -94,16 +94,15 @@ fn gross_bars() -> (f64, f64) {
 /// Sends the blocks of `picket demo` through the firmware's pipeline on this machine: the
 /// answers have the same bits.
 pub fn on_host(method: Method, snr_db: f64, seed: u64, seeds: u64) -> Result<Summary, DemoError> {
-    let lidar = Lidar::new(Some(method), Laser::default())?;
-    let measurements = lidar.on_host(snr_db, seed, seeds)?;
-    Ok(lidar.summary(measurements.iter(), seeds))
+    let task = Task::lidar(Some(method), Laser::default())?;
+    Ok(task.summary(&task.on_host(snr_db, seed, seeds)?, seeds))
 }
 
 /// Measures, and prints a line for each method.
 pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
     let spread = |method| {
         let options = Options { method, ..options.clone() };
-        measure::lidar(&options).map(|summary| Spread::of(&summary, summary.results.len()))
+        targets::lidar(&options).map(|summary| Spread::of(&summary, summary.results.len()))
     };
     let mut spreads = vec![spread(options.method)?];
     if options.versus.is_some() {
@@ -138,26 +137,23 @@ fn summary(spreads: &[Spread], options: &Options) -> serde_json::Value {
 pub fn text(spreads: &[Spread], options: &Options) -> String {
     let last = options.seed.wrapping_add(options.seeds - 1);
     let head = format!("{} to {last}", heading(options));
-    let mut rows = table(&["method", "targets", "rms L cm", "rms V km/h", "gross", "flagged"]);
-    for spread in spreads {
-        let share = 100.0 * spread.gross as f64 / spread.targets as f64;
-        let cells = [
-            spread.method.clone(),
-            spread.targets.to_string(),
-            format!("{:.3}", spread.rms_range_m * 100.0),
-            format!("{:.4}", spread.rms_velocity_mps * 3.6),
-            format!("{} ({share:.2} %)", spread.gross),
-            format!("{} of {}", spread.flagged, spread.gross),
-        ];
-        rows.add_row(cells.map(|text| Cell::new(text).set_alignment(CellAlignment::Right)));
-    }
-    let rows = rows.to_string();
-    let rows: Vec<&str> = rows.lines().map(str::trim_end).collect();
+    let gross = |spread: &Spread| 100.0 * spread.gross as f64 / spread.targets as f64;
+    let rows = table(
+        spreads,
+        &[
+            ("method", &|spread: &Spread| spread.method.clone()),
+            ("targets", &|spread| spread.targets.to_string()),
+            ("rms L cm", &|spread| format!("{:.3}", spread.rms_range_m * 100.0)),
+            ("rms V km/h", &|spread| format!("{:.4}", spread.rms_velocity_mps * 3.6)),
+            ("gross", &|spread| format!("{} ({:.2} %)", spread.gross, gross(spread))),
+            ("flagged", &|spread| format!("{} of {}", spread.flagged, spread.gross)),
+        ],
+        |_| false,
+    );
     let ratio = ratios(spreads).map_or(String::new(), |[range, velocity]| {
         format!("ratio of the rms errors: range {range:.3}, velocity {velocity:.3}\n")
     });
     format!(
-        "{head}\n\n{}\n\n{ratio}gross: off by more than 1.5 bins, left out of the rms; flagged: not called good, or within 5 sigma\n",
-        rows.join("\n")
+        "{head}\n\n{rows}\n\n{ratio}gross: off by more than 1.5 bins, left out of the rms; flagged: not called good, or within 5 sigma\n"
     )
 }

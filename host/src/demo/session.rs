@@ -2,8 +2,7 @@
 
 use super::options::Options;
 use super::{DemoError, said};
-use crate::scenario::{self, sensor};
-use crate::simulate::generator;
+use crate::scenario::{record, sensor};
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::Iq;
 use picket_dsp::config::{Config, Scene};
@@ -14,13 +13,12 @@ use picket_dsp::solve::equations::Chirp;
 use picket_firmware::instrument;
 use picket_firmware::nucleo_f446re::words::Words;
 use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
-use picket_simulator::{Receiver, Target};
+use picket_simulator::scene;
 use picket_wire::boot::{Boot, Causes, Clock, Name};
 use picket_wire::command::Answer;
 use picket_wire::settings::{Drive, Settings};
 use picket_wire::status::Status;
 use picket_wire::telemetry::{Health, Telemetry};
-use rand::RngExt;
 use std::process::ExitCode;
 
 /// Samples in a block, as the image has them.
@@ -85,15 +83,19 @@ fn session(seed: u64) -> Result<Vec<u8>, String> {
     let mut bytes = [boot.to_frame().to_vec(), answer.to_vec()].concat();
     let plan = Plan::from_terms(*instrument.plan).map_err(|error| refused(&error))?;
     let mut pipeline = Box::new(Pipeline::<Iq, N>::new(plan));
-    let sensor = sensor::<Iq>(&instrument.settings.config, N, 0.0);
-    let receiver = Receiver { offset: OFFSET, ..sensor.receiver.with_snr(AMPLITUDE, SNR_DB) };
-    let sensor = sensor.received_by(receiver);
+    let mut scene = sensor::<Iq>(&instrument.settings.config, N, 0.0, SEGMENTS as usize / 3);
+    scene.seed = seed;
+    scene.sources = vec![scene::Source::Target(scene::Target {
+        range_m: RANGE_M.into(),
+        velocity_mps: VELOCITY_MPS.into(),
+        amplitude: Some(AMPLITUDE.into()),
+        ..scene::Target::default()
+    })];
+    scene.receiver.noise.snr_db = Some(SNR_DB.into());
+    scene.receiver.offset = OFFSET.map(Into::into);
+    let mut run = scene.run(0)?;
     for number in 0..SEGMENTS {
-        let rng = &mut generator(seed, number);
-        let target = Target::moving(AMPLITUDE, RANGE_M, VELOCITY_MPS).turned(rng.random());
-        let segments = sensor.segments() as u64;
-        let at = (number / segments, (number % segments) as usize);
-        let samples = scenario::codes::<Iq>(&sensor, &[target], at, rng);
+        let samples = record::<Iq>(&mut run, number as usize, N);
         let stamp = instrument.timing.stamp(number, false);
         let Some(samples) = samples.as_array() else { return Err("a block is not whole".into()) };
         let measurement = pipeline.block(&stamp, samples);

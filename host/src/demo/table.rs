@@ -1,30 +1,26 @@
-//! Truth beside measurement: the rows, their errors, and whether they lie inside the papers' bars.
+//! Targets one after the other, measured by a board's firmware: truth beside measurement, and whether each lies inside its paper's bars.
 
-use crate::scenario::{Bars, Row};
-use comfy_table::{Cell, CellAlignment, Color, LineStyle, Table, TableStyle};
-use picket_dsp::tone::Verdict;
-use picket_dsp::{Mixing, Shape, Usable};
-use serde::Serialize;
-use std::io::IsTerminal;
-
-/// What the firmware answered for a row.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Answer {
-    /// Metres; 0 for the turntable.
-    pub range_m: f64,
-    /// Metres per second.
-    pub velocity_mps: f64,
-    /// One standard deviation, metres.
-    pub sigma_range_m: f64,
-    /// One standard deviation, metres per second.
-    pub sigma_velocity_mps: f64,
-    /// May it be used?
-    pub verdict: Verdict,
-}
+use super::feed::{N, play};
+use super::options::{Board, Options};
+use super::shown::{Answer, Shown, code, grid, is_usable, keys, lines, or_dash, rms};
+use super::{DemoError, pico, said};
+use crate::device::Said;
+use crate::plot::chart::{Axis, Chart, Series, Style};
+use crate::scenario::{self, Bars, Laser, Row, radar as before_radar, record};
+use crate::simulate::{Kind, Signal};
+use picket_dsp::acquire::sample::{Iq, Real, Record, Stamp};
+use picket_dsp::config::Config;
+use picket_dsp::methods::registry::Method;
+use picket_dsp::pipeline::{Measurement, Outcome, Pipeline};
+use picket_dsp::{Mixing, Shape, Verdict};
+use picket_simulator::Scene;
+use picket_wire::telemetry::Telemetry;
+use rayon::prelude::*;
+use std::process::ExitCode;
 
 /// A row and its answer, if a record of it arrived.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Result {
+pub struct Measured {
     /// The truth.
     pub truth: Row,
     /// The chirp's shape, where the table has several.
@@ -33,90 +29,123 @@ pub struct Result {
     pub answer: Option<Answer>,
 }
 
-impl Result {
-    /// Errors in metres and metres per second.
-    pub fn errors(&self) -> Option<(f64, f64)> {
-        let answer = self.answer?;
-        Some((answer.range_m - self.truth.range_m, answer.velocity_mps - self.truth.velocity_mps))
+impl Measured {
+    const fn true_place(&self) -> [f64; 2] {
+        [self.truth.range_m, self.truth.velocity_mps]
     }
 
-    /// Whether it was answered, and the answer may be used within sigma.
-    pub fn is_usable(&self) -> bool {
-        self.answer.is_some_and(|answer| answer.verdict.usable() <= Usable::WithinSigma)
+    /// Errors in metres and metres per second.
+    pub fn errors(&self) -> Option<[f64; 2]> {
+        Some(self.answer?.off(self.true_place()))
     }
 
     /// True where both errors are inside the bars. A row without an answer is outside.
     pub fn inside(&self, bars: &Bars) -> bool {
-        self.errors().is_some_and(|(range, velocity)| {
+        self.errors().is_some_and(|[range, velocity]| {
             range.abs() <= bars.range_m && velocity.abs() <= bars.velocity_mps
         })
     }
+
+    fn is_usable(&self) -> bool {
+        self.answer.is_some_and(|answer| is_usable(answer.verdict))
+    }
 }
+
+/// How a table has a range or a velocity.
+#[derive(Debug)]
+struct Quantity {
+    /// Its place among range and velocity.
+    what: usize,
+    name: &'static str,
+    /// Of the truth, of the measurement, and of its error.
+    heads: [&'static str; 3],
+    /// Whether the table has its sign.
+    signed: bool,
+    /// What a metre or a metre per second is in the table, and as an error.
+    scale: f64,
+    error_scale: f64,
+    /// The unit of an error.
+    unit: &'static str,
+    /// Digits of the truth, of an error, of its root mean square, and of the bar.
+    digits: [usize; 4],
+    /// Who sets the bar.
+    bar: &'static str,
+    /// The picture of its errors: its name, what it is of, and the axes.
+    picture: [&'static str; 2],
+    /// The axis of what the error is drawn over, with its place as above; and the axis of the error.
+    over: (usize, &'static str, f64, f64),
+    error: &'static str,
+}
+
+const LIDAR_RANGE: Quantity = Quantity {
+    what: 0,
+    name: "range",
+    heads: ["true L m", "L m", "dL cm"],
+    signed: false,
+    scale: 1.0,
+    error_scale: 100.0,
+    unit: "cm",
+    digits: [0, 2, 2, 0],
+    bar: "the paper: at most",
+    picture: ["lidar-range", "Targets before a lidar: error of the range"],
+    over: (0, "range, m", 0.0, 120.0),
+    error: "error, cm",
+};
+const LIDAR_VELOCITY: Quantity = Quantity {
+    what: 1,
+    name: "velocity",
+    heads: ["true V km/h", "V km/h", "dV km/h"],
+    signed: true,
+    scale: 3.6,
+    error_scale: 3.6,
+    unit: "km/h",
+    digits: [0, 3, 3, 2],
+    picture: ["lidar-velocity", "Targets before a lidar: error of the velocity"],
+    error: "error, km/h",
+    ..LIDAR_RANGE
+};
+const RADAR_RANGE: Quantity =
+    Quantity { digits: [0, 2, 2, 1], bar: "the bar, a tenth of the resolution:", ..LIDAR_RANGE };
+const RADAR_VELOCITY: Quantity = Quantity {
+    heads: ["true V m/s", "V m/s", "dV m/s"],
+    scale: 1.0,
+    error_scale: 1.0,
+    unit: "m/s",
+    digits: [0, 3, 3, 3],
+    bar: RADAR_RANGE.bar,
+    ..LIDAR_VELOCITY
+};
+const RIM: Quantity = Quantity {
+    heads: ["true V mm/s", "V mm/s", "dV mm/s"],
+    scale: 1e3,
+    error_scale: 1e3,
+    unit: "mm/s",
+    digits: [3, 3, 3, 0],
+    bar: "the paper: below",
+    picture: ["turntable", "A turntable before a velocimeter: error of the rim's speed"],
+    over: (1, "speed of the rim, m/s", -4.0, 4.0),
+    error: "error, mm/s",
+    ..LIDAR_VELOCITY
+};
+
+const LIDAR: &[Quantity] = &[LIDAR_RANGE, LIDAR_VELOCITY];
+const RADAR: &[Quantity] = &[RADAR_RANGE, RADAR_VELOCITY];
+const TURNTABLE: &[Quantity] = &[RIM];
 
 /// A table of results and what it must keep to.
 #[derive(Clone, Debug)]
 pub struct Summary {
     /// All rows, in order.
-    pub results: Vec<Result>,
+    pub results: Vec<Measured>,
     /// The papers' accuracy.
     pub bars: Bars,
     /// The method's name.
     pub method: String,
     /// Which signal the receiver conjugates, where there is a choice.
-    pub mixing: Option<Mixing>,
+    mixing: Option<Mixing>,
     /// What bends the phase within a block, for people: then the table has the errors of usable answers, too.
-    pub bent: Option<String>,
-}
-
-/// The errors of the answers that may be used within sigma, root mean square. The keys are those of the JSON line.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct UsableErrors {
-    /// Their number.
-    pub usable: usize,
-    /// Of the ranges.
-    pub usable_rms_range_m: f64,
-    /// Of the velocities.
-    pub usable_rms_velocity_mps: f64,
-    /// Of the ranges over their sigmas.
-    pub range_sigmas: f64,
-    /// Of the velocities over their sigmas.
-    pub velocity_sigmas: f64,
-}
-
-#[derive(Serialize)]
-struct JsonRow<'a> {
-    row: usize,
-    truth_range_m: f64,
-    truth_velocity_mps: f64,
-    range_m: Option<f64>,
-    velocity_mps: Option<f64>,
-    sigma_range_m: Option<f64>,
-    sigma_velocity_mps: Option<f64>,
-    verdict: &'static str,
-    inside: bool,
-    method: &'a str,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    shape: Option<&'static str>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    mixing: Option<&'static str>,
-}
-
-#[derive(Serialize)]
-struct JsonSummary<'a> {
-    summary: bool,
-    rows: usize,
-    inside: usize,
-    rms_range_m: f64,
-    worst_range_m: f64,
-    rms_velocity_mps: f64,
-    worst_velocity_mps: f64,
-    bar_range_m: f64,
-    bar_velocity_mps: f64,
-    #[serde(flatten)]
-    usable: UsableErrors,
-    method: &'a str,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    mixing: Option<&'static str>,
+    bent: Option<String>,
+    quantities: &'static [Quantity],
 }
 
 impl Summary {
@@ -126,57 +155,84 @@ impl Summary {
     }
 
     /// Root mean square and largest magnitude of an error over the rows that have an answer.
-    fn spread(&self, pick: impl Fn((f64, f64)) -> f64) -> (f64, f64) {
-        let errors: Vec<f64> = self.results.iter().filter_map(Result::errors).map(pick).collect();
-        let square: f64 = errors.iter().map(|e| e * e).sum();
-        let worst = errors.iter().fold(0.0f64, |worst, e| worst.max(e.abs()));
-        ((square / errors.len().max(1) as f64).sqrt(), worst)
+    fn spread(&self, what: usize) -> (f64, f64) {
+        let errors = || self.results.iter().filter_map(|row| Some(row.errors()?[what]));
+        (rms(errors()), errors().map(f64::abs).fold(0.0, f64::max))
     }
 
-    /// The errors of the answers that may be used within sigma.
-    pub fn usable(&self) -> UsableErrors {
-        let usable = self.results.iter().filter_map(|result| {
-            let answer = result.answer.filter(|_| result.is_usable())?;
-            let (range, velocity) = result.errors()?;
-            Some([
-                range,
-                velocity,
-                range / answer.sigma_range_m,
-                velocity / answer.sigma_velocity_mps,
-            ])
-        });
-        let usable: Vec<[f64; 4]> = usable.collect();
-        let [usable_rms_range_m, usable_rms_velocity_mps, range_sigmas, velocity_sigmas] =
-            [0, 1, 2, 3].map(|i| {
-                // A velocimeter has no range, and no sigma of it.
-                let squares = usable.iter().map(|of| of[i] * of[i]).filter(|s| s.is_finite());
-                (squares.sum::<f64>() / usable.len().max(1) as f64).sqrt()
-            });
-        UsableErrors {
-            usable: usable.len(),
-            usable_rms_range_m,
-            usable_rms_velocity_mps,
-            range_sigmas,
-            velocity_sigmas,
+    /// Root mean square of the errors of what may be used, and of these over their sigmas. A velocimeter has no range, and no sigma of it.
+    fn usable(&self, what: usize) -> (f64, f64) {
+        let usable = || self.results.iter().filter(|result| result.is_usable());
+        let errors = || usable().filter_map(|row| Some((row.errors()?[what], row.answer?)));
+        let sigmas = errors().map(|(error, answer)| error / answer.sigmas()[what]);
+        (rms(errors().map(|(error, _)| error)), rms(sigmas.filter(|ratio| ratio.is_finite())))
+    }
+
+    fn count_usable(&self) -> usize {
+        self.results.iter().filter(|result| result.is_usable()).count()
+    }
+
+    /// The rows, for people.
+    pub fn rows_text(&self) -> String {
+        let shapes = self.results.iter().any(|row| row.shape.is_some());
+        let of = |q: &Quantity, place: [f64; 2], digits: usize| {
+            let value = place[q.what] * q.scale;
+            if q.signed { format!("{value:+.digits$}") } else { format!("{value:.digits$}") }
+        };
+        let all = self.quantities;
+        let heads = (0..3).flat_map(|column| all.iter().map(move |q| q.heads[column]));
+        let shape = shapes.then_some("shape");
+        let heads = ["row"].into_iter().chain(shape).chain(heads).chain(["verdict"]);
+        let row = |(index, row): (usize, &Measured)| {
+            let mut cells = vec![(index + 1).to_string()];
+            cells.extend(row.shape.map(|shape| name(shape).to_owned()));
+            cells.extend(all.iter().map(|q| of(q, row.true_place(), q.digits[0])));
+            cells.extend(all.iter().map(|q| {
+                or_dash(row.answer, |a| {
+                    let sigma = a.sigmas()[q.what] * q.scale;
+                    format!("{} ± {sigma:.3}", of(q, a.place(), 3))
+                })
+            }));
+            cells.extend(all.iter().map(|q| {
+                or_dash(row.errors(), |e| format!("{:+.*}", q.digits[1], e[q.what] * q.error_scale))
+            }));
+            cells.push(row.answer.map_or("no record", |a| a.verdict.name()).into());
+            (cells, !row.inside(&self.bars))
+        };
+        grid(heads, self.results.iter().enumerate().map(row))
+    }
+
+    /// What stands below the rows.
+    pub fn text(&self) -> String {
+        let (inside, rows) = (self.inside(), self.results.len());
+        let mut text = format!("{inside} of {rows} rows inside, by {}\n", self.method);
+        for q in self.quantities {
+            let ((rms, worst), [.., digits, of_bar]) = (self.spread(q.what), q.digits);
+            let [rms, worst] = [rms, worst].map(|error| q.error_scale * error);
+            let bar = q.error_scale * self.bars.of(q.what);
+            let (unit, name) = (q.unit, q.name);
+            let errors =
+                format!("{name:<9} rms {rms:.digits$} {unit}, worst {worst:.digits$} {unit}");
+            text += &format!("  {errors:<42} ({} {bar:.of_bar$} {unit})\n", q.bar);
         }
-    }
-
-    /// What stands below the table where something bends the phase: what it is, and the errors of usable answers, as `errors` tells
-    /// them.
-    fn bent_lines(&self, errors: impl Fn(&UsableErrors) -> String) -> String {
-        let usable = self.usable();
-        let count = format!("{} of {} usable within sigma", usable.usable, self.results.len());
-        self.bent
-            .as_ref()
-            .map_or_else(String::new, |bent| format!("{bent}: {count}\n{}\n", errors(&usable)))
+        let Some(bent) = &self.bent else { return text };
+        let usable = self.count_usable();
+        text += &format!("{bent}: {usable} of {rows} usable within sigma\n");
+        for Quantity { what, name, error_scale, unit, digits, .. } in self.quantities {
+            let (rms, sigmas) = self.usable(*what);
+            let rms = format!("{:.*} {unit}", digits[2], error_scale * rms);
+            text += &format!("  {name:<9} rms {rms}, error over sigma {sigmas:.2}\n");
+        }
+        text
     }
 
     /// One object a line, the summary last.
-    pub fn json(&self) -> serde_json::Result<String> {
-        let mut lines = String::new();
-        for (index, result) in self.results.iter().enumerate() {
+    fn lines(&self) -> Result<Vec<String>, DemoError> {
+        let method = &self.method;
+        let mixing = self.mixing.map(|mixing| ("mixing", mixing.name().into()));
+        let row = |(index, result): (usize, &Measured)| {
             let answer = result.answer;
-            let row = JsonRow {
+            let mut keys = keys! {
                 row: index + 1,
                 truth_range_m: result.truth.range_m,
                 truth_velocity_mps: result.truth.velocity_mps,
@@ -186,172 +242,77 @@ impl Summary {
                 sigma_velocity_mps: answer.map(|a| a.sigma_velocity_mps),
                 verdict: answer.map_or(Verdict::NoSignal, |a| a.verdict).name(),
                 inside: result.inside(&self.bars),
-                method: &self.method,
-                shape: result.shape.map(name),
-                mixing: self.mixing.map(Mixing::name),
+                method,
             };
-            lines += &serde_json::to_string(&row)?;
-            lines.push('\n');
+            keys.0.extend(result.shape.map(|shape| ("shape", name(shape).into())));
+            keys.0.extend(mixing.clone());
+            keys
+        };
+        let rows: Vec<_> = self.results.iter().enumerate().map(row).collect();
+        let [(rms_range_m, worst_range_m), (rms_velocity_mps, worst_velocity_mps)] =
+            [0, 1].map(|what| self.spread(what));
+        let [(usable_rms_range_m, range_sigmas), (usable_rms_velocity_mps, velocity_sigmas)] =
+            [0, 1].map(|what| self.usable(what));
+        let (bar_range_m, bar_velocity_mps) = (self.bars.range_m, self.bars.velocity_mps);
+        let (inside, usable) = (self.inside(), self.count_usable());
+        let mut all = keys! {
+            summary: true, rows: rows.len(), inside, rms_range_m, worst_range_m, rms_velocity_mps, worst_velocity_mps,
+            bar_range_m, bar_velocity_mps, usable, usable_rms_range_m, usable_rms_velocity_mps, range_sigmas,
+            velocity_sigmas, method,
+        };
+        all.0.extend(mixing.clone());
+        lines(&rows, &all)
+    }
+
+    /// The table and its pictures.
+    pub fn shown(&self, options: &Options) -> Result<Shown, DemoError> {
+        Ok(Shown {
+            heading: heading(options),
+            table: self.rows_text(),
+            text: self.text(),
+            lines: self.lines()?,
+            charts: self.quantities.iter().map(|quantity| self.chart(quantity)).collect(),
+            right: self.inside() == self.results.len(),
+        })
+    }
+
+    /// The errors of a quantity and their sigmas, with the bar.
+    fn chart(&self, q: &Quantity) -> Chart {
+        let of = |wanted: bool| -> Vec<[f64; 3]> {
+            let rows = self.results.iter().filter(|row| row.is_usable() == wanted);
+            let seen = rows.filter_map(|row| {
+                let (error, sigma) = (row.errors()?[q.what], row.answer?.sigmas()[q.what]);
+                Some([row.true_place()[q.over.0], q.error_scale * error, q.error_scale * sigma])
+            });
+            seen.collect()
+        };
+        // An answer that cannot be used may be off by any number: it does not stretch the axis.
+        let (usable, bar) = (of(true), q.error_scale * self.bars.of(q.what));
+        let most = usable.iter().map(|[_, error, sigma]| error.abs() + sigma).fold(bar, f64::max);
+        let series = |label, colour, seen: &[[f64; 3]]| {
+            Series::new(label, Style::Points, colour, seen.iter().map(|s| (s[0], s[1])))
+                .with_errors(seen.iter().map(|s| s[2]))
+        };
+        let (_, over, from, to) = q.over;
+        let limit = |label, at| Series::new(label, Style::Dashed, 1, [(from, at), (to, at)]);
+        let [name, title] = q.picture;
+        Chart {
+            name,
+            title: title.into(),
+            x: Axis::linear(over, from, to),
+            y: Axis::linear(q.error, -1.2 * most, 1.2 * most),
+            series: vec![
+                series("not usable ± sigma", 6, &of(false)),
+                series("usable ± sigma", 0, &usable),
+                limit("+ the paper's accuracy", bar),
+                limit("- the paper's accuracy", -bar),
+            ],
         }
-        let (rms_range_m, worst_range_m) = self.spread(|e| e.0);
-        let (rms_velocity_mps, worst_velocity_mps) = self.spread(|e| e.1);
-        lines += &serde_json::to_string(&JsonSummary {
-            summary: true,
-            rows: self.results.len(),
-            inside: self.inside(),
-            rms_range_m,
-            worst_range_m,
-            rms_velocity_mps,
-            worst_velocity_mps,
-            bar_range_m: self.bars.range_m,
-            bar_velocity_mps: self.bars.velocity_mps,
-            usable: self.usable(),
-            method: &self.method,
-            mixing: self.mixing.map(Mixing::name),
-        })?;
-        lines.push('\n');
-        Ok(lines)
-    }
-
-    /// For people: a table of ranges in metres and speeds in km/h.
-    pub fn lidar_text(&self) -> String {
-        let head =
-            ["row", "true L m", "true V km/h", "L m", "V km/h", "dL cm", "dV km/h", "verdict"];
-        let mut table = table(&head);
-        for (index, result) in self.results.iter().enumerate() {
-            let mut cells = vec![
-                (index + 1).to_string(),
-                format!("{:.0}", result.truth.range_m),
-                format!("{:+.0}", result.truth.velocity_mps * 3.6),
-            ];
-            match (result.answer, result.errors()) {
-                (Some(a), Some((range, velocity))) => cells.extend([
-                    format!("{:.3} ± {:.3}", a.range_m, a.sigma_range_m),
-                    format!("{:+.3} ± {:.3}", a.velocity_mps * 3.6, a.sigma_velocity_mps * 3.6),
-                    format!("{:+.2}", range * 100.0),
-                    format!("{:+.3}", velocity * 3.6),
-                    a.verdict.name().to_string(),
-                ]),
-                _ => cells.push("no record".to_string()),
-            }
-            self.add(&mut table, cells, result);
-        }
-        let (rms_range, worst_range) = self.spread(|e| e.0);
-        let (rms_velocity, worst_velocity) = self.spread(|e| e.1);
-        format!(
-            "{table}\n\n{}\n  range     rms {:.2} cm, worst {:.2} cm       (the paper: at most {:.0} cm)\n  \
-             velocity  rms {:.3} km/h, worst {:.3} km/h (the paper: at most {:.2} km/h)\n{}",
-            self.verdict_line(),
-            rms_range * 100.0,
-            worst_range * 100.0,
-            self.bars.range_m * 100.0,
-            rms_velocity * 3.6,
-            worst_velocity * 3.6,
-            self.bars.velocity_mps * 3.6,
-            self.bent_lines(|usable| format!(
-                "  range     rms {:.2} cm, error over sigma {:.2}\n  velocity  rms {:.3} km/h, error over sigma {:.2}",
-                usable.usable_rms_range_m * 100.0,
-                usable.range_sigmas,
-                usable.usable_rms_velocity_mps * 3.6,
-                usable.velocity_sigmas
-            )),
-        )
-    }
-
-    /// For people: a table of ranges in metres and velocities in m/s, by shape.
-    pub fn radar_text(&self) -> String {
-        let head = [
-            "row",
-            "shape",
-            "true L m",
-            "true V m/s",
-            "L m",
-            "V m/s",
-            "dL cm",
-            "dV m/s",
-            "verdict",
-        ];
-        let mut table = table(&head);
-        for (index, result) in self.results.iter().enumerate() {
-            let mut cells = vec![
-                (index + 1).to_string(),
-                result.shape.map(name).unwrap_or_default().to_string(),
-                format!("{:.0}", result.truth.range_m),
-                format!("{:+.0}", result.truth.velocity_mps),
-            ];
-            match (result.answer, result.errors()) {
-                (Some(a), Some((range, velocity))) => cells.extend([
-                    format!("{:.3} ± {:.3}", a.range_m, a.sigma_range_m),
-                    format!("{:+.3} ± {:.3}", a.velocity_mps, a.sigma_velocity_mps),
-                    format!("{:+.2}", range * 100.0),
-                    format!("{velocity:+.3}"),
-                    a.verdict.name().to_string(),
-                ]),
-                _ => cells.push("no record".to_string()),
-            }
-            self.add(&mut table, cells, result);
-        }
-        let (rms_range, worst_range) = self.spread(|e| e.0);
-        let (rms_velocity, worst_velocity) = self.spread(|e| e.1);
-        format!(
-            "{table}\n\n{}\n  range     rms {:.2} cm, worst {:.2} cm       (the bar, a tenth of the resolution: {:.1} cm)\n  \
-             velocity  rms {:.3} m/s, worst {:.3} m/s   (the bar, a tenth of the resolution: {:.3} m/s)\n",
-            self.verdict_line(),
-            rms_range * 100.0,
-            worst_range * 100.0,
-            self.bars.range_m * 100.0,
-            rms_velocity,
-            worst_velocity,
-            self.bars.velocity_mps,
-        )
-    }
-
-    /// For people: a table of speeds in mm/s.
-    pub fn turntable_text(&self) -> String {
-        let mut table = table(&["row", "true V mm/s", "V mm/s", "dV mm/s", "verdict"]);
-        for (index, result) in self.results.iter().enumerate() {
-            let truth = format!("{:+.3}", result.truth.velocity_mps * 1e3);
-            let mut cells = vec![(index + 1).to_string(), truth];
-            match (result.answer, result.errors()) {
-                (Some(a), Some((_, error))) => cells.extend([
-                    format!("{:+.3} ± {:.3}", a.velocity_mps * 1e3, a.sigma_velocity_mps * 1e3),
-                    format!("{:+.3}", error * 1e3),
-                    a.verdict.name().to_string(),
-                ]),
-                _ => cells.push("no record".to_string()),
-            }
-            self.add(&mut table, cells, result);
-        }
-        let (rms, worst) = self.spread(|e| e.1);
-        format!(
-            "{table}\n\n{}\n  velocity  rms {:.3} mm/s, worst {:.3} mm/s (the paper: below {:.0} mm/s)\n{}",
-            self.verdict_line(),
-            rms * 1e3,
-            worst * 1e3,
-            self.bars.velocity_mps * 1e3,
-            self.bent_lines(|usable| format!(
-                "  velocity  rms {:.3} mm/s, error over sigma {:.2}",
-                usable.usable_rms_velocity_mps * 1e3,
-                usable.velocity_sigmas
-            )),
-        )
-    }
-
-    fn verdict_line(&self) -> String {
-        format!("{} of {} rows inside, by {}", self.inside(), self.results.len(), self.method)
-    }
-
-    fn add(&self, table: &mut Table, cells: Vec<String>, result: &Result) {
-        let outside = !result.inside(&self.bars) && std::io::stdout().is_terminal();
-        table.add_row(cells.into_iter().map(|text| {
-            let cell = Cell::new(text).set_alignment(CellAlignment::Right);
-            if outside { cell.fg(Color::Red) } else { cell }
-        }));
     }
 }
 
 /// The name of a shape.
-fn name(shape: Shape) -> &'static str {
+const fn name(shape: Shape) -> &'static str {
     match shape {
         Shape::Trapezoid => "trapezoid",
         Shape::Triangle => "triangle",
@@ -359,11 +320,267 @@ fn name(shape: Shape) -> &'static str {
     }
 }
 
-/// An empty table with right-aligned heads and few lines.
-pub fn table(heads: &[&str]) -> Table {
-    let mut table = Table::new();
-    let rule = LineStyle::none().fill('─').junction('─');
-    table.load_style(TableStyle::new().header_separator(rule));
-    table.set_header(heads.iter().map(|h| Cell::new(h).set_alignment(CellAlignment::Right)));
-    table
+pub(super) fn heading(options: &Options) -> String {
+    use super::options::Scenario;
+    let (snr, seed) = (options.snr_db(), options.seed);
+    let what = match options.scenario {
+        Scenario::Table3 if options.board == Board::Pico => format!(
+            "The lidar of Ye et al. 2022 at a Pico's 500 kS/s, ramps of {:.3} ms solved by the host, N = {N}",
+            1e3 * N as f64 / pico::RATE_HZ
+        ),
+        Scenario::Table3 => format!(
+            "Lidar of Ye et al. 2022: 1550 nm, 1 GHz in 10 us, 12 bits at 250 MS/s, N = {N} per ramp"
+        ),
+        Scenario::Radar => format!(
+            "Radar: 24 GHz, 200 MHz in 4.224 ms, I/Q ({}), 12 bits at 250 kS/s, N = {N} per ramp",
+            options.mixing().name()
+        ),
+        _ => format!(
+            "Velocimeter of Yang et al. 2011: 1550 nm, rim of {} mm, I/Q at 10 MS/s, N = {N}",
+            scenario::TURNTABLE_RADIUS_M * 1e3
+        ),
+    };
+    format!("{what}, {snr} dB, seed {seed}")
+}
+
+/// A table's task: what is set, and what is in front of it.
+pub(super) struct Task {
+    pub config: Config,
+    method: Method,
+    rows: Vec<Row>,
+    sensor: Scene,
+    quantities: &'static [Quantity],
+    bars: Bars,
+    bent: Option<String>,
+    spot_m: Option<f64>,
+}
+
+impl Task {
+    fn new<R: Record>(
+        (config, method): (Config, Option<Method>),
+        rows: Vec<Row>,
+        (quantities, bars): (&'static [Quantity], Bars),
+    ) -> Result<Self, DemoError> {
+        let config = Config { method: method.unwrap_or(config.method), ..config };
+        let method = config.plan::<R, N>().map_err(said)?.options.method;
+        let sensor = scenario::sensor::<R>(&config, N, 0.0, 1);
+        Ok(Task { config, method, rows, sensor, quantities, bars, bent: None, spot_m: None })
+    }
+
+    /// The lidar's, with its laser.
+    pub fn lidar(method: Option<Method>, laser: Laser) -> Result<Self, DemoError> {
+        let shown = (LIDAR, scenario::LIDAR_BARS);
+        let task = Task::new::<Real>((scenario::lidar(), method), scenario::table3(), shown)?;
+        let Laser { linewidth_hz, sweep_error } = laser;
+        let bent = (laser != Laser::default()).then(|| {
+            let (khz, share) = (1e-3 * linewidth_hz, 100.0 * sweep_error);
+            format!("laser of {khz} kHz linewidth, ramps bent by {share} % of the bandwidth")
+        });
+        Ok(Task { sensor: laser.of(task.sensor), bent, ..task })
+    }
+
+    /// The records of all rows, one for each segment, in order, with the noise of a seed.
+    pub fn blocks<R: Record>(
+        &self,
+        snr_db: f64,
+        seed: u64,
+    ) -> Result<Vec<Vec<R::Sample>>, DemoError> {
+        // Tone and four sigmas of the noise reach the rail. Speckle is above twice its root mean square in one moment of fifty.
+        let amplitude = 2047.0 / (1.0 + 4.0 * Signal::tone(0.0, 1.0, snr_db).sigma());
+        let amplitude = if self.spot_m.is_some() { 0.5 * amplitude } else { amplitude };
+        let mut blocks = Vec::new();
+        for (row, trial) in self.rows.iter().zip(0..) {
+            let scene = row.scene(&self.sensor, N, (amplitude, snr_db), self.spot_m);
+            let mut run = Scene { seed, ..scene }.run(trial).map_err(said)?;
+            blocks.extend((0..self.sensor.segments()).map(|index| record::<R>(&mut run, index, N)));
+        }
+        Ok(blocks)
+    }
+
+    /// The records of each seed that the options name.
+    pub fn all_blocks<R: Record>(
+        &self,
+        options: &Options,
+    ) -> Result<Vec<Vec<R::Sample>>, DemoError> {
+        let seeds = options.seed..options.seed.wrapping_add(options.seeds);
+        let blocks = seeds.map(|seed| self.blocks::<R>(options.snr_db(), seed));
+        Ok(blocks.collect::<Result<Vec<_>, _>>()?.concat())
+    }
+
+    /// What the firmware on the emulated MPS2 tells of them.
+    fn on_mps2<R: Kind>(&self, options: &Options) -> Result<Vec<Measurement>, DemoError> {
+        let blocks = self.all_blocks::<R>(options)?.into_iter().map(Ok);
+        let mut measurements = Vec::new();
+        play::<R>("frontend_qemu", (self.config, N), blocks, options, |_, said| {
+            if let Said::Telemetry(record) = said {
+                measurements.push(record.measurement);
+            }
+        })?;
+        Ok(measurements)
+    }
+
+    /// What a board measures of the lidar's rows, once for each seed.
+    fn on_board(&self, options: &Options) -> Result<Vec<Measurement>, DemoError> {
+        match options.board {
+            // A NUCLEO was refused before: it is for other scenes.
+            Board::Mps2 | Board::Nucleo => self.on_mps2::<Real>(options),
+            Board::Pico => {
+                let measurement = |record: Telemetry| record.measurement;
+                Ok(pico::lidar(self, options)?.into_iter().map(measurement).collect())
+            }
+        }
+    }
+
+    /// What the firmware's pipeline measures of the lidar's rows on this machine, from the same samples, once for each seed.
+    pub fn on_host(
+        &self,
+        snr_db: f64,
+        seed: u64,
+        seeds: u64,
+    ) -> Result<Vec<Measurement>, DemoError> {
+        let plan = self.config.plan::<Real, N>().map_err(said)?;
+        let segments = self.config.scene.segments();
+        let of_seed = |index: u64| {
+            let mut pipeline = Box::new(Pipeline::<Real, N>::new(plan));
+            let blocks = self.blocks::<Real>(snr_db, seed.wrapping_add(index))?;
+            let first = index as u32 * blocks.len() as u32;
+            let measured = (first..).zip(blocks).filter_map(|(sequence, samples)| {
+                let segment = segments[sequence as usize % segments.len()];
+                let stamp = Stamp { sequence, segment, ..Stamp::default() };
+                Some(pipeline.block(&stamp, samples.as_array()?))
+            });
+            Ok(measured.collect::<Vec<_>>())
+        };
+        let all: Result<Vec<_>, _> = (0..seeds).into_par_iter().map(of_seed).collect();
+        Ok(all?.concat())
+    }
+
+    /// The numbers of the rows, from 1 on, that two runs do not answer with the same bits.
+    fn different(&self, one: &[Measurement], other: &[Measurement]) -> Vec<usize> {
+        let segments = self.sensor.segments();
+        let row = |all: &[Measurement], row: usize| -> Vec<_> {
+            let of_row = all.iter().filter(|m| m.stamp.sequence as usize / segments == row);
+            of_row.map(|m| (m.stamp.sequence, m.clipped, m.tone, m.result)).collect()
+        };
+        let same = |&at: &usize| {
+            let answers = row(one, at);
+            answers.len() == segments && answers == row(other, at)
+        };
+        (0..self.rows.len()).filter(|at| !same(at)).map(|at| at + 1).collect()
+    }
+
+    /// Truth beside measurement, for this many seeds one after the other.
+    pub fn summary(&self, measurements: &[Measurement], seeds: u64) -> Summary {
+        let truths = (0..seeds).flat_map(|_| self.rows.iter());
+        let mut results: Vec<Measured> =
+            truths.map(|&truth| Measured { truth, shape: None, answer: None }).collect();
+        for measurement in measurements {
+            let answer = match &measurement.result {
+                Outcome::Target(target) => target.into(),
+                Outcome::Velocity(velocity) => Answer {
+                    range_m: self.rows.first().map_or(0.0, |row| row.range_m),
+                    velocity_mps: velocity.velocity.to_num(),
+                    sigma_range_m: 0.0,
+                    sigma_velocity_mps: velocity.sigma.into(),
+                    verdict: velocity.verdict,
+                },
+                _ => continue,
+            };
+            let row = measurement.stamp.sequence as usize / self.sensor.segments();
+            if let Some(result) = results.get_mut(row) {
+                result.answer = Some(answer);
+            }
+        }
+        let (method, bent) = (self.method.name().into(), self.bent.clone());
+        Summary {
+            results,
+            bars: self.bars,
+            method,
+            mixing: None,
+            bent,
+            quantities: self.quantities,
+        }
+    }
+}
+
+/// The lidar's rows, once for each seed.
+pub fn lidar(options: &Options) -> Result<Summary, DemoError> {
+    let task = Task::lidar(options.method, options.laser())?;
+    Ok(task.summary(&task.on_board(options)?, options.seeds))
+}
+
+/// Targets in front of the 24 GHz radar, by both shapes.
+pub fn radar(options: &Options) -> Result<Summary, DemoError> {
+    let shown = (RADAR, before_radar::BARS);
+    let [mut both, trapezoid] = before_radar::SHAPES.map(|shape| {
+        let config = (before_radar::config(shape, options.mixing()), options.method);
+        let task = Task::new::<Iq>(config, before_radar::rows(), shown)?;
+        let mut summary = task.summary(&task.on_mps2::<Iq>(options)?, 1);
+        summary.results.iter_mut().for_each(|row| row.shape = Some(shape));
+        Ok(Summary { mixing: Some(options.mixing()), ..summary })
+    });
+    if let (Ok(both), Ok(trapezoid)) = (&mut both, &trapezoid) {
+        both.results.extend(&trapezoid.results);
+    }
+    trapezoid.and(both)
+}
+
+/// The turntable's speeds.
+pub fn turntable(options: &Options) -> Result<Summary, DemoError> {
+    let shown = (TURNTABLE, scenario::TURNTABLE_BARS);
+    let config = (scenario::turntable(), options.method);
+    let task = Task::new::<Iq>(config, scenario::turntable_rows(), shown)?;
+    let bent = options.spot_mm.map(|spot_mm| format!("rough rim below a spot of {spot_mm} mm"));
+    let task = Task { bent, spot_m: options.spot_m(), ..task };
+    Ok(task.summary(&task.on_mps2::<Iq>(options)?, 1))
+}
+
+/// The lidar's rows as the library measures them on this machine, at once, and then as the emulated board does: both have the same bits.
+pub(super) fn here_and_there(options: &Options) -> Result<ExitCode, DemoError> {
+    let task = Task::lidar(options.method, options.laser())?;
+    let here = task.on_host(options.snr_db(), options.seed, options.seeds)?;
+    let people = !options.json;
+    if people {
+        let shown = task.summary(&here, options.seeds).shown(options)?;
+        outln!("{}\n\n{}\n\n{}", shown.heading, shown.table, shown.text);
+        outln!(
+            "by the library on this machine; now the firmware measures the same samples on an emulated Cortex-M33"
+        );
+    }
+    let there = task.on_board(options)?;
+    let board = task.summary(&there, options.seeds).shown(options)?;
+    let (different, rows) = (task.different(&here, &there), task.rows.len());
+    board.draw(options)?;
+    if !people {
+        board.lines.iter().for_each(|line| outln!("{line}"));
+    } else if different.is_empty() {
+        outln!("the board: all {rows} rows the same, bit for bit");
+    } else {
+        out!("{}\n\n{}", board.table, board.text);
+    }
+    if !different.is_empty() {
+        let which: Vec<String> = different.iter().map(usize::to_string).collect();
+        let (count, which) = (which.len(), which.join(", "));
+        eprintln!("error: the board's bits differ in {count} of {rows} rows: {which}");
+    }
+    Ok(code(different.is_empty() && board.right))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_bit_or_a_lost_record_is_a_row_that_differs() {
+        let lidar = Task::lidar(None, Laser::default()).unwrap();
+        let measured = lidar.on_host(-5.0, 1, 1).unwrap();
+        let none: [usize; 0] = [];
+        assert_eq!(lidar.different(&measured, &measured), none);
+        let mut other = measured.clone();
+        other[7].tone.sigma = f32::from_bits(other[7].tone.sigma.to_bits() ^ 1);
+        assert_eq!(lidar.different(&measured, &other), [3]);
+        other.pop();
+        assert_eq!(lidar.different(&measured, &other), [3, 28]);
+        assert_eq!(lidar.different(&other[..0], &other[..0]).len(), 28);
+    }
 }

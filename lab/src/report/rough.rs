@@ -2,13 +2,12 @@
 
 use super::lab::{Check, Lab, Section, Table, plus_minus};
 use crate::plot::chart::{Axis, Chart, Series, Style};
-use crate::scenario::{Row, TURNTABLE_BARS, received, sensor, turntable, turntable_rows};
-use crate::simulate::generator;
+use crate::scenario::{Row, TURNTABLE_BARS, record, sensor, turntable, turntable_rows};
 use picket_dsp::acquire::sample::Iq;
 use picket_dsp::config::Config;
 use picket_dsp::pipeline::Outcome;
 use picket_dsp::{Carrier, Pipeline, Stamp, Usable};
-use picket_simulator::Sensor;
+use picket_simulator::Scene;
 
 /// Samples in a record.
 const N: usize = 1024;
@@ -34,7 +33,7 @@ struct Rim {
 impl Rim {
     /// Measures records of a rim of this speed below a spot, by a carrier whose envelope is stated.
     fn of(
-        sensor: &Sensor,
+        sensor: &Scene,
         row: &Row,
         spot_m: f64,
         trials: usize,
@@ -46,10 +45,11 @@ impl Rim {
         let mut pipeline =
             Box::new(Pipeline::<Iq, N>::new(plan.map_err(|error| error.to_string())?));
         let mut rim = Rim::default();
+        let scene = row.scene(sensor, N, (AMPLITUDE, SNR_DB), Some(spot_m));
+        let scene = Scene { seed, ..scene };
         for trial in 0..trials {
-            let rng = &mut generator(seed, trial as u64);
-            let target = row.rough(sensor, AMPLITUDE, spot_m, rng);
-            let samples = received::<Iq>(sensor, 0, target, SNR_DB, rng);
+            let mut run = scene.run(trial as u64)?;
+            let samples = record::<Iq>(&mut run, 0, N);
             let Some(samples) = samples.as_array() else { return Err("no whole record".into()) };
             rim.records += 1;
             let Outcome::Velocity(velocity) = pipeline.block(&Stamp::default(), samples).result
@@ -91,7 +91,7 @@ impl Rim {
 
 /// Figure 5 with a rough rim.
 pub fn rough(lab: &Lab) -> Result<Section, String> {
-    let sensor = sensor::<Iq>(&turntable(), N, 0.0);
+    let sensor = sensor::<Iq>(&turntable(), N, 0.0, 1);
     let rows: Vec<Row> =
         turntable_rows().into_iter().filter(|row| row.velocity_mps > 0.0).collect();
     let mut table = Table::new([

@@ -4,11 +4,10 @@ use super::lab::{Check, Lab, Section, Table, plus_minus, share};
 use super::lidar::N;
 use crate::demo::seeds::{Spread, on_host};
 use crate::scenario::{self, LIDAR_BARS, Row, sensor, table3};
-use crate::simulate::generator;
 use picket_dsp::acquire::sample::Real;
 use picket_dsp::config::SPEED_OF_LIGHT;
 use picket_dsp::methods::registry::Method;
-use picket_simulator::Sensor;
+use picket_simulator::Scene;
 
 /// Sweeps that [`targets`] runs.
 pub const TARGETS: u64 = 4;
@@ -63,9 +62,9 @@ pub fn targets(lab: &Lab) -> Result<Section, String> {
         "range by eqs 1 and 2, m",
         "speed by eqs 1 and 2, km/h",
     ]);
-    let sensor = sensor::<Real>(&scenario::lidar(), N, 0.0);
+    let sensor = sensor::<Real>(&scenario::lidar(), N, 0.0, 1);
     for row in table3().iter().filter(|row| row.velocity_mps > 0.0) {
-        let (range, speed) = by_magnitudes(&sensor, row);
+        let (range, speed) = by_magnitudes(&sensor, row)?;
         if (range - row.range_m).abs() > LIDAR_BARS.range_m {
             let cells = [row.range_m, row.velocity_mps * 3.6, range, speed * 3.6];
             wrong.row(cells.map(|x| format!("{x:.2}")));
@@ -98,8 +97,9 @@ pub fn targets(lab: &Lab) -> Result<Section, String> {
 }
 
 /// Range and velocity as eqs 1 and 2 have it, from the magnitudes of a target's beats on both ramps.
-fn by_magnitudes(sensor: &Sensor, row: &Row) -> (f64, f64) {
-    let target = row.target(sensor, 1.0, &mut generator(0, 0));
-    let [up, down] = [0, 2].map(|segment| 250e6 * sensor.beat(&target, (0, segment)).abs());
-    (SPEED_OF_LIGHT * 10e-6 * (up + down) / (4.0 * 1e9), 1550e-9 * (down - up) / 4.0)
+fn by_magnitudes(sensor: &Scene, row: &Row) -> Result<(f64, f64), String> {
+    let run = row.scene(sensor, N, (1.0, 0.0), None).run(0)?;
+    let beat = |segment| run.truth(0, sensor.start_s(segment, N), N).frequency_hz.abs();
+    let [up, down] = [0, 2].map(beat);
+    Ok((SPEED_OF_LIGHT * 10e-6 * (up + down) / (4.0 * 1e9), 1550e-9 * (down - up) / 4.0))
 }

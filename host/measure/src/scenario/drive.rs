@@ -1,13 +1,12 @@
 //! Thirty seconds in front of a radar: a car comes, brakes, stands and leaves; another comes towards it.
 
-use super::{codes, sensor};
+use super::{echo, sensor};
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::Real;
 use picket_dsp::config::{Config, Following, SPEED_OF_LIGHT, Scene as Waveform};
 use picket_dsp::{Chirp, Shape};
-use picket_simulator::{Receiver, Sensor, Target};
-use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
+use picket_simulator::scene::{Change, Source, Target};
+use picket_simulator::{Scene, Value};
 use std::f64::consts::TAU;
 
 /// From one chirp to the next.
@@ -16,11 +15,12 @@ pub const CYCLE_S: f64 = 0.05;
 pub const CYCLES: usize = 600;
 
 /// When the signal is cut off: shorter than a track lives without it, and longer.
-pub const DROPOUTS: [(f64, f64); 2] = [(15.0, 15.2), (22.0, 22.5)];
-
-/// How much weaker the other car is, dB.
-const OTHER_DB: f64 = 4.0;
-
+const DROPOUTS: [(f64, f64); 2] = [(15.0, 15.2), (22.0, 22.5)];
+/// What is left of it then, dB.
+const CUT_DB: f64 = -300.0;
+/// How much weaker the other car is, dB, and when it is there, s: from, and for so long.
+const OTHER_DB: f64 = -4.0;
+const OTHER_S: [f64; 2] = [2.0, 10.0];
 /// The noise of a sample, in codes.
 const NOISE: f64 = 60.0;
 
@@ -41,96 +41,79 @@ pub fn config() -> Config {
     }
 }
 
-/// What is in front of the radar at one time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scene {
-    /// Where the car is.
-    pub range_m: f64,
-    /// How fast it approaches.
-    pub velocity_mps: f64,
-    /// Its signal-to-noise ratio per sample; `None` while the signal is cut off.
-    pub snr_db: Option<f64>,
-    /// Range and velocity of the other car.
-    pub other: Option<(f64, f64)>,
-}
-
-impl Scene {
-    /// The scene at `t` seconds.
-    pub fn at(t: f64) -> Self {
-        // (until, acceleration away from the radar)
-        const MANOEUVRES: [(f64, f64); 5] =
-            [(4.0, 0.0), (8.0, 3.0), (13.0, 0.0), (19.0, 2.0), (f64::INFINITY, 0.0)];
-        let (mut range_m, mut speed, mut from) = (100.0, -12.0, 0.0);
-        for (until, acceleration) in MANOEUVRES {
-            let duration = t.min(until) - from;
-            if duration <= 0.0 {
-                break;
-            }
-            range_m += speed * duration + acceleration * duration * duration / 2.0;
-            speed += acceleration * duration;
-            from = until;
-        }
-        let cut = DROPOUTS.iter().any(|(from, to)| (*from..*to).contains(&t));
-        let other = (2.0..12.0).contains(&t).then(|| (other_m(t), -8.0));
-        Scene {
-            range_m,
-            velocity_mps: -speed,
-            snr_db: (!cut).then(|| 5.0 + 8.0 * (TAU * t / 11.0).sin()),
-            other: other.filter(|_| !cut),
-        }
+/// The car's level over the noise in dB, over time: it swings, and is cut off.
+fn level() -> Value {
+    let level = |t: f64| 5.0 + 8.0 * (TAU * t / 11.0).sin();
+    let cut = |t: f64| DROPOUTS.iter().any(|(from, to)| (*from..=*to).contains(&t));
+    let steps = (0..=120).map(|step| 0.25 * f64::from(step)).filter(|t| !cut(*t));
+    let mut points: Vec<[f64; 2]> = steps.map(|t| [t, level(t)]).collect();
+    for (from, to) in DROPOUTS {
+        let ends =
+            [(from - 1e-6, level(from)), (from, CUT_DB), (to - 1e-6, CUT_DB), (to, level(to))];
+        points.extend(ends.map(|(time, db)| [time, db]));
     }
-
-    /// The echoes of both cars.
-    fn targets(&self, rng: &mut ChaCha8Rng) -> Vec<Target<'static>> {
-        let Some(snr_db) = self.snr_db else {
-            return Vec::new();
-        };
-        let amplitude = |snr_db: f64| NOISE * (2.0 * 10f64.powf(snr_db / 10.0)).sqrt();
-        let car = Target::new(amplitude(snr_db), |t| Scene::at(t).range_m);
-        let other = self.other.map(|_| Target::new(amplitude(snr_db - OTHER_DB), other_m));
-        let cars = std::iter::once(car).chain(other);
-        cars.map(|target| target.turned(rng.random())).collect()
-    }
+    points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    Value::Over(points)
 }
 
-/// The range of the other car, m, at a time, s.
-fn other_m(t: f64) -> f64 {
-    20.0 + 8.0 * (t - 2.0)
+/// The drive: both cars, for records of `n` samples.
+pub fn scene(seed: u64, n: usize) -> Scene {
+    // Twelve seconds pass until it stands, five of them at rest.
+    let speeds = [[0.0, 12.0], [4.0, 12.0], [8.0, 0.0], [13.0, 0.0], [19.0, -12.0]];
+    let changes = vec![Change::Level { db: level() }];
+    let amplitude = NOISE * 2f64.sqrt();
+    let car = echo(amplitude, 100.0, Value::Over(speeds.to_vec()));
+    let [from_s, for_s] = OTHER_S.map(Value::from);
+    let other = Target {
+        amplitude: None,
+        level_db: Some(OTHER_DB.into()),
+        changes: [changes.clone(), vec![Change::On { from_s, for_s }]].concat(),
+        ..echo(0.0, 4.0, -8.0)
+    };
+    let sources = vec![Source::Target(Target { changes, ..car }), Source::Target(other)];
+    let mut scene = Scene { seed, sources, ..sensor::<Real>(&config(), n, CYCLE_S, CYCLES) };
+    scene.receiver.noise.rms = Some(NOISE.into());
+    scene
 }
 
-/// The radar as it is simulated, for records of `n` samples.
-pub fn radar(n: usize) -> Sensor {
-    let sensor = sensor::<Real>(&config(), n, CYCLE_S);
-    let receiver = Receiver { noise: NOISE, ..sensor.receiver };
-    sensor.received_by(receiver)
-}
-
-/// The moment to which a chirp's ranges refer, s.
-pub fn moment_s(radar: &Sensor, cycle: usize) -> f64 {
-    cycle as f64 * CYCLE_S + radar.middle_s()
-}
-
-/// The converter's codes of a chirp's segment.
-pub fn samples(radar: &Sensor, cycle: usize, segment: usize, rng: &mut ChaCha8Rng) -> Vec<i16> {
-    let targets = Scene::at(moment_s(radar, cycle)).targets(rng);
-    codes::<Real>(radar, &targets, (cycle as u64, segment), rng)
+/// The signal-to-noise ratio of an echo; none while it is cut off.
+pub fn snr_db(amplitude: f64) -> Option<f64> {
+    let snr_db = 20.0 * (amplitude / (NOISE * 2f64.sqrt())).log10();
+    (snr_db > -100.0).then_some(snr_db)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::place;
 
     #[test]
     fn the_car_comes_brakes_stands_and_leaves() {
-        let at = |t: f64| (Scene::at(t).range_m, Scene::at(t).velocity_mps);
-        assert_eq!(at(0.0), (100.0, 12.0));
-        assert_eq!(at(4.0), (52.0, 12.0));
-        assert_eq!(at(10.0), (28.0, 0.0));
-        assert_eq!(at(19.0), (64.0, -12.0));
-        assert_eq!(at(29.0), (184.0, -12.0));
+        let run = scene(1, 1024).run(0).unwrap();
+        let truth = |source: usize, t: f64| run.truth_of_lap(source, (t / CYCLE_S) as usize, 1024);
+        let moment_s = truth(0, 0.0).time_s;
+        for (t, range_m, velocity_mps) in [
+            (0.0, 100.0, 12.0),
+            (4.0, 52.0, 12.0),
+            (10.0, 28.0, 0.0),
+            (19.0, 64.0, -12.0),
+            (29.0, 184.0, -12.0),
+        ] {
+            let [range, velocity] = place(&truth(0, t));
+            assert!((range - (range_m - velocity_mps * moment_s)).abs() < 1e-3, "{t}: {range}");
+            assert!((velocity - velocity_mps).abs() < 1e-2, "{t}: {velocity}");
+        }
         // They pass each other.
-        let apart = |t: f64| Scene::at(t).range_m - Scene::at(t).other.unwrap().0;
+        let apart = |t: f64| place(&truth(0, t))[0] - place(&truth(1, t))[0];
         assert!(apart(3.0) > 0.0 && apart(7.0) < 0.0);
-        assert_eq!((Scene::at(15.1).snr_db, Scene::at(22.3).other), (None, None));
+        let snr = |source: usize, t: f64| snr_db(truth(source, t).amplitude);
+        assert_eq!(
+            (snr(0, 15.1), snr(1, 22.3), snr(1, 1.9), snr(1, 12.0)),
+            (None, None, None, None)
+        );
+        assert!(
+            (snr(0, 2.75).unwrap() - 13.0).abs() < 0.05
+                && (snr(1, 2.75).unwrap() - 9.0).abs() < 0.05
+        );
     }
 }

@@ -1,13 +1,12 @@
 //! A fan that moves in front of a 24 GHz radar: a body, and three blades that turn.
 
-use super::{Row, codes, sensor};
+use super::{Row, before, echo, sensor};
 use picket_dsp::Mixing;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::Iq;
-use picket_dsp::config::{Config, SPEED_OF_LIGHT, Scene};
-use picket_simulator::{Sensor, Target};
-use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
+use picket_dsp::config::{self, Config, SPEED_OF_LIGHT};
+use picket_simulator::Scene;
+use picket_simulator::scene::{Blades, Source};
 use std::f64::consts::TAU;
 
 const CARRIER_HZ: f64 = 24e9;
@@ -31,7 +30,7 @@ const SPEEDS_MPS: [f64; 12] = [0.5, 0.8, 1.1, 1.5, 2.0, 2.7, 3.7, 5.0, 6.7, 9.0,
 /// 24 GHz, I/Q at 20 kS/s: 12 cm/s a bin of 1024 samples, in which the blades turn once.
 pub fn config() -> Config {
     Config {
-        scene: Scene::Doppler {
+        scene: config::Scene::Doppler {
             wavelength_m: SPEED_OF_LIGHT / CARRIER_HZ,
             angle_rad: 0.0,
             mixing: Mixing::RxConjTx,
@@ -52,27 +51,18 @@ pub fn reach_hz() -> f64 {
     2.0 * TAU * TURNS_HZ * PLACES_M[PLACES_M.len() - 1] * CARRIER_HZ / SPEED_OF_LIGHT
 }
 
-/// The radar as it is simulated, for records of `n` samples, with the body this many decibels above the noise.
-pub fn radar(n: usize, snr_db: f64) -> Sensor {
-    let sensor = sensor::<Iq>(&config(), n, 0.0);
-    let receiver = sensor.receiver.with_snr(AMPLITUDE, snr_db);
-    sensor.received_by(receiver)
-}
-
-/// The codes of a record.
-pub fn samples(radar: &Sensor, row: &Row, rng: &mut ChaCha8Rng) -> Vec<[i16; 2]> {
-    let velocity_mps = row.velocity_mps;
-    let body = Target::moving(AMPLITUDE, RANGE_M, velocity_mps).turned(rng.random());
-    let begin: f64 = rng.random();
-    let mut targets = vec![body];
-    for blade in 0..BLADES {
-        let angle = begin + blade as f64 / BLADES as f64;
-        for place_m in PLACES_M {
-            let range_m = move |t: f64| {
-                RANGE_M - velocity_mps * t + place_m * (TAU * (TURNS_HZ * t + angle)).cos()
-            };
-            targets.push(Target::new(PLACE * AMPLITUDE, range_m).turned(rng.random()));
-        }
-    }
-    codes::<Iq>(radar, &targets, (0, 0), rng)
+/// The fan with its body at a row's speed, this many decibels above the noise, for a record of `n` samples.
+pub fn scene(seed: u64, n: usize, row: &Row, snr_db: f64) -> Scene {
+    let body = echo(AMPLITUDE, RANGE_M, row.velocity_mps);
+    let blades = Blades {
+        range_m: RANGE_M.into(),
+        velocity_mps: row.velocity_mps.into(),
+        blades: BLADES,
+        turns_hz: TURNS_HZ.into(),
+        places_m: PLACES_M.to_vec(),
+        amplitude: Some((PLACE * AMPLITUDE).into()),
+        level_db: None,
+    };
+    let sources = vec![Source::Target(body), Source::Blades(blades)];
+    before(Scene { seed, ..sensor::<Iq>(&config(), n, 0.0, 1) }, sources, snr_db)
 }

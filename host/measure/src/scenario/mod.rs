@@ -10,13 +10,11 @@ pub mod vibration;
 pub mod wind;
 
 use picket_dsp::acquire::codes::Codes;
-use picket_dsp::acquire::sample::{Real, Record};
-use picket_dsp::config::{Config, SPEED_OF_LIGHT, Scene};
+use picket_dsp::acquire::sample::Record;
+use picket_dsp::config::{self, Config, SPEED_OF_LIGHT};
 use picket_dsp::{Chirp, Mixing, Shape};
-use picket_simulator::{Receiver, Sensor, Speckle, Target};
-use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::StandardNormal;
+use picket_simulator::scene::{self, Source, Target, Waveform};
+use picket_simulator::{Run, Scene, Truth, Value};
 use std::f64::consts::TAU;
 
 /// A truth to be measured.
@@ -35,6 +33,13 @@ pub struct Bars {
     pub range_m: f64,
     /// Metres per second.
     pub velocity_mps: f64,
+}
+
+impl Bars {
+    /// That of the range (0), or of the velocity (1).
+    pub const fn of(&self, what: usize) -> f64 {
+        if what == 0 { self.range_m } else { self.velocity_mps }
+    }
 }
 
 /// Distance in metres and speed in km/h, as in Table 3 of Ye et al. 2022 (1 to 112 m, 10 to 120 km/h). In the first five
@@ -68,7 +73,7 @@ pub fn lidar() -> Config {
     const RATE_HZ: f64 = 250e6;
     const DURATION_S: f64 = 10e-6;
     Config {
-        scene: Scene::Chirp(Chirp {
+        scene: config::Scene::Chirp(Chirp {
             shape: Shape::Trapezoid,
             wavelength_m: 1550e-9,
             bandwidth_hz: 1e9,
@@ -90,24 +95,22 @@ pub struct Laser {
 }
 
 impl Laser {
-    /// What takes the lidar's records of `n` samples, by a configuration that takes the laser for a perfect one.
-    pub fn sensor(self, config: &Config, n: usize) -> Sensor {
-        let scene = match config.scene {
-            Scene::Chirp(chirp) => {
-                Scene::Chirp(Chirp { sweep_curvature: self.sweep_error, ..chirp })
-            }
-            other => other,
-        };
-        let mut sensor = sensor::<Real>(&Config { scene, ..*config }, n, 0.0);
-        sensor.waveform.linewidth_hz = self.linewidth_hz;
-        sensor
+    /// A sensor with this laser.
+    pub fn of(self, sensor: Scene) -> Scene {
+        let Laser { linewidth_hz, sweep_error: curvature } = self;
+        let waveform = sensor.waveform.map(|wave| Waveform { linewidth_hz, curvature, ..wave });
+        Scene { waveform, ..sensor }
     }
 }
 
 /// The velocimeter: 1550 nm along the rim's motion, a sample each 0.1 us.
 pub fn turntable() -> Config {
     Config {
-        scene: Scene::Doppler { wavelength_m: 1550e-9, angle_rad: 0.0, mixing: Mixing::RxConjTx },
+        scene: config::Scene::Doppler {
+            wavelength_m: 1550e-9,
+            angle_rad: 0.0,
+            mixing: Mixing::RxConjTx,
+        },
         ..Config::new(10e6, Codes::signed::<12>())
     }
 }
@@ -133,75 +136,91 @@ pub fn turntable_rows() -> Vec<Row> {
         .collect()
 }
 
-/// What takes the records of a configuration, `n` samples each: its wave, and a receiver without noise. Chirps begin `period_s`
-/// seconds apart, or follow one another where that is less.
-pub fn sensor<R: Record>(config: &Config, n: usize, period_s: f64) -> Sensor {
-    let receiver =
-        |mixing| Receiver { codes: config.codes, ..Receiver::ideal(config.rate_hz, R::IQ, mixing) };
-    match config.scene {
-        Scene::Chirp(chirp) => Sensor::chirp(&chirp, receiver(chirp.mixing), n, period_s),
-        Scene::Doppler { wavelength_m, mixing, .. } => {
-            Sensor::continuous(SPEED_OF_LIGHT / wavelength_m, receiver(mixing), n)
+/// The sensor of a configuration, with nothing before it and without noise, for so many laps with a record of `n` samples in each segment. Chirps
+/// begin `period_s` seconds apart, or follow one another where that is less.
+pub fn sensor<R: Record>(config: &Config, n: usize, period_s: f64, laps: usize) -> Scene {
+    let mut sensor = Scene { rate_hz: config.rate_hz, ..Scene::default() };
+    let record_s = n as f64 / config.rate_hz;
+    let (mixing, waveform, lap_s) = match config.scene {
+        config::Scene::Chirp(chirp) => {
+            let ramps_s = chirp.shape.segments().len() as f64 * chirp.duration_s;
+            (chirp.mixing, chirp_wave(&chirp, n, period_s), ramps_s.max(period_s))
         }
-        // A tone has no wave: its echo stands still.
-        _ => Sensor::continuous(0.0, receiver(Mixing::default()), n),
+        config::Scene::Doppler { wavelength_m, mixing, .. } => {
+            let carrier_hz = SPEED_OF_LIGHT / wavelength_m;
+            (mixing, Waveform { carrier_hz, ..Waveform::default() }, record_s)
+        }
+        _ => (Mixing::default(), Waveform::default(), record_s),
+    };
+    sensor.waveform = Some(waveform);
+    sensor.seconds = laps as f64 * lap_s;
+    sensor.receiver.iq = R::IQ;
+    sensor.receiver.mixing = match mixing {
+        Mixing::TxConjRx => scene::Mixing::TxConjRx,
+        Mixing::RxConjTx => scene::Mixing::RxConjTx,
+    };
+    sensor.converter.unsigned = config.codes.rails().0 == 0;
+    sensor
+}
+
+fn chirp_wave(chirp: &Chirp, samples: usize, period_s: f64) -> Waveform {
+    Waveform {
+        shape: match chirp.shape {
+            Shape::Trapezoid => scene::Shape::Trapezoid,
+            Shape::Triangle => scene::Shape::Triangle,
+            Shape::Sawtooth => scene::Shape::Sawtooth,
+        },
+        carrier_hz: SPEED_OF_LIGHT / chirp.wavelength_m,
+        bandwidth_hz: chirp.bandwidth_hz,
+        ramp_s: chirp.duration_s,
+        period_s,
+        curvature: chirp.sweep_curvature,
+        guard_s: Some(chirp.guard_s),
+        samples,
+        ..Waveform::default()
     }
 }
 
-/// The converter's codes of what a sensor receives from targets in a segment of a lap.
-pub fn codes<R: Record>(
-    sensor: &Sensor,
-    targets: &[Target],
-    at: (u64, usize),
-    rng: &mut ChaCha8Rng,
-) -> Vec<R::Sample> {
-    let record = sensor.record(targets, at, || rng.sample(StandardNormal));
-    record.into_iter().map(R::from_parts).collect()
+/// A target with an echo of this amplitude, codes.
+fn echo(amplitude: f64, range_m: f64, velocity_mps: impl Into<Value>) -> Target {
+    let (range_m, velocity_mps) = (range_m.into(), velocity_mps.into());
+    Target { range_m, velocity_mps, amplitude: Some(amplitude.into()), ..Target::default() }
+}
+
+/// A sensor with these before it, the first of them this many decibels above the noise of a sample.
+fn before(sensor: Scene, sources: Vec<Source>, snr_db: f64) -> Scene {
+    let mut scene = Scene { sources, ..sensor };
+    scene.receiver.noise.snr_db = Some(snr_db.into());
+    scene
 }
 
 impl Row {
-    /// Its target: where the row says at the moment to which the sensor's range refers, with any phase.
-    pub fn target(&self, sensor: &Sensor, amplitude: f64, rng: &mut ChaCha8Rng) -> Target<'static> {
-        let Row { range_m, velocity_mps } = *self;
-        let begin_m = range_m + velocity_mps * sensor.middle_s();
-        Target::moving(amplitude, begin_m, velocity_mps).turned(rng.random())
-    }
-
-    /// The row's target with a rough surface that passes below a spot of this diameter, in the sensor's only record.
-    pub fn rough(
+    /// A sensor's scene with its target: where the row says at the moment to which the sensor's range refers. Its surface is rough where a beam's
+    /// spot has a diameter.
+    pub fn scene(
         &self,
-        sensor: &Sensor,
-        amplitude: f64,
-        spot_m: f64,
-        rng: &mut ChaCha8Rng,
-    ) -> Target<'static> {
-        let target = self.target(sensor, amplitude, rng);
-        let span_s = (0.0, sensor.n as f64 / sensor.receiver.rate_hz);
-        let normal = || rng.sample(StandardNormal);
-        target.rough(Speckle::from_spot(span_s, self.velocity_mps.abs(), spot_m, normal))
-    }
-
-    /// The codes of a segment's record of its target alone.
-    pub fn codes<R: Record>(
-        &self,
-        sensor: &Sensor,
-        segment: usize,
+        sensor: &Scene,
+        n: usize,
         (amplitude, snr_db): (f64, f64),
-        rng: &mut ChaCha8Rng,
-    ) -> Vec<R::Sample> {
-        let target = self.target(sensor, amplitude, rng);
-        received::<R>(sensor, segment, target, snr_db, rng)
+        spot_m: Option<f64>,
+    ) -> Scene {
+        let ends = [0, sensor.segments() - 1].map(|index| sensor.start_s(index, n));
+        let middle_s =
+            f64::midpoint(ends[0], ends[1]) + 0.5 * (n.max(1) - 1) as f64 / sensor.rate_hz;
+        // A continuous wave does not know how far it has gone.
+        let range_m = if self.range_m > 0.0 { self.range_m } else { 100.0 };
+        let begin_m = range_m + self.velocity_mps * middle_s;
+        let target = Target { spot_m, ..echo(amplitude, begin_m, self.velocity_mps) };
+        before(sensor.clone(), vec![Source::Target(target)], snr_db)
     }
 }
 
-/// The codes of a segment's record of one target, this many decibels above the noise.
-pub fn received<R: Record>(
-    sensor: &Sensor,
-    segment: usize,
-    target: Target,
-    snr_db: f64,
-    rng: &mut ChaCha8Rng,
-) -> Vec<R::Sample> {
-    let receiver = sensor.receiver.with_snr(target.amplitude, snr_db);
-    codes::<R>(&sensor.clone().received_by(receiver), &[target], (0, segment), rng)
+/// A record of a run as the pipeline takes it.
+pub fn record<R: Record>(run: &mut Run, index: usize, n: usize) -> Vec<R::Sample> {
+    run.record(index, n).into_iter().map(R::from_parts).collect()
+}
+
+/// Range and velocity of what is true.
+pub fn place(truth: &Truth) -> [f64; 2] {
+    [truth.range_m, truth.velocity_mps].map(|value| value.unwrap_or(f64::NAN))
 }

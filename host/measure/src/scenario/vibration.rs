@@ -1,12 +1,12 @@
 //! Two seconds in front of a radar: a plate at 30 cm that swings by 10 um, five times a second.
 
-use super::{codes, sensor};
+use super::{before, echo, sensor};
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::Real;
-use picket_dsp::config::{Config, SPEED_OF_LIGHT, Scene};
+use picket_dsp::config::{self, Config, SPEED_OF_LIGHT};
 use picket_dsp::{Chirp, Shape};
-use picket_simulator::{Sensor, Target};
-use rand_chacha::ChaCha8Rng;
+use picket_simulator::Scene;
+use picket_simulator::scene::{Source, Target, Vibration};
 use std::f64::consts::TAU;
 
 /// The carrier in the middle of a ramp.
@@ -38,7 +38,7 @@ pub const fn wavelength_m() -> f64 {
 /// A 122 GHz radar with 6 GHz in a ramp of 1.024 ms, at 1 MS/s.
 pub fn config() -> Config {
     Config {
-        scene: Scene::Chirp(Chirp {
+        scene: config::Scene::Chirp(Chirp {
             shape: Shape::Sawtooth,
             wavelength_m: SPEED_OF_LIGHT / (CARRIER_HZ - 0.5 * BANDWIDTH_HZ),
             bandwidth_hz: BANDWIDTH_HZ,
@@ -49,32 +49,22 @@ pub fn config() -> Config {
     }
 }
 
-/// How far the plate is from its rest at `t` seconds, m; farther from the radar counts.
-pub fn swing_m(t: f64) -> f64 {
-    SWING_M * (TAU * SWING_HZ * t).sin()
+/// The plate `snr_db` above the noise, for records of `n` samples.
+pub fn scene(seed: u64, n: usize, snr_db: f64) -> Scene {
+    let vibration = vec![Vibration {
+        amplitude_m: SWING_M.into(),
+        frequency_hz: SWING_HZ.into(),
+        phase_turns: 0.0.into(),
+    }];
+    let plate = Target { vibration, ..echo(AMPLITUDE, RANGE_M, 0.0) };
+    let sensor = Scene { seed, ..sensor::<Real>(&config(), n, CYCLE_S, CYCLES) };
+    before(sensor, vec![Source::Target(plate)], snr_db)
 }
 
-/// The radar as it is simulated, for records of `n` samples, with the plate `snr_db` above the noise.
-pub fn radar(n: usize, snr_db: f64) -> Sensor {
-    let sensor = sensor::<Real>(&config(), n, CYCLE_S);
-    let receiver = sensor.receiver.with_snr(AMPLITUDE, snr_db);
-    sensor.received_by(receiver)
-}
-
-/// The time in the middle of a ramp's record, s.
-pub fn middle_s(radar: &Sensor, cycle: usize) -> f64 {
-    cycle as f64 * CYCLE_S + radar.middle_s()
-}
-
-/// The bound of the plate's place in one ramp of the radar, m: `lambda / (4 pi sqrt(N SNR))`, with the rounding of the converter
+/// The bound of the plate's place in one ramp of `n` samples, m: `lambda / (4 pi sqrt(N SNR))`, with the rounding of the converter
 /// in the noise.
-pub fn bound_m(radar: &Sensor) -> f64 {
-    let noise = radar.receiver.noise.hypot((1.0f64 / 12.0).sqrt());
-    wavelength_m() / (2.0 * TAU) * noise / AMPLITUDE * (2.0 / radar.n as f64).sqrt()
-}
-
-/// The converter's codes of a ramp.
-pub fn samples(radar: &Sensor, cycle: usize, rng: &mut ChaCha8Rng) -> Vec<i16> {
-    let plate = Target::new(AMPLITUDE, |t| RANGE_M + swing_m(t));
-    codes::<Real>(radar, &[plate], (cycle as u64, 0), rng)
+pub fn bound_m(n: usize, snr_db: f64) -> f64 {
+    let noise =
+        (AMPLITUDE / (2.0 * 10f64.powf(snr_db / 10.0)).sqrt()).hypot((1.0f64 / 12.0).sqrt());
+    wavelength_m() / (2.0 * TAU) * noise / AMPLITUDE * (2.0 / n as f64).sqrt()
 }

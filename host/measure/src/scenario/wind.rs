@@ -1,14 +1,12 @@
 //! Wind in front of a coherent lidar whose beam goes round a cone, with echoes of aerosols below the noise of a sample.
 
-use super::{codes, sensor};
+use super::{before, echo, sensor};
 use picket_dsp::Mixing;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::Iq;
-use picket_dsp::config::{Config, Scene};
-use picket_simulator::{Sensor, Speckle, Target};
-use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::StandardNormal;
+use picket_dsp::config::{self, Config};
+use picket_simulator::Scene;
+use picket_simulator::scene::{Change, Source, Target};
 use std::f64::consts::TAU;
 
 const WAVELENGTH_M: f64 = 1550e-9;
@@ -29,13 +27,15 @@ const CONE_DEG: f64 = 30.0;
 /// What crosses a beam of 5 cm makes its echo change in this many hertz: .03 bins. From block to block, a millisecond later, the echo is
 /// that of other aerosols.
 const SPECKLE_HZ: f64 = 1.5e3;
+/// From one block to the next, s.
+pub const BLOCK_S: f64 = 1e-3;
 /// Noise and echo together, root mean square in each part, codes: what is above six times as much clips.
 const LEVEL: f64 = 300.0;
 
 /// 1550 nm, I/Q at 50 MS/s: 3.8 cm/s a bin, up to 19 m/s either way.
 pub fn config() -> Config {
     Config {
-        scene: Scene::Doppler {
+        scene: config::Scene::Doppler {
             wavelength_m: WAVELENGTH_M,
             angle_rad: 0.0,
             mixing: Mixing::RxConjTx,
@@ -86,20 +86,14 @@ fn amplitude(snr_db: f64) -> f64 {
     LEVEL * (2.0 * snr / (1.0 + snr)).sqrt()
 }
 
-/// The lidar as it is simulated, for records of `n` samples, with the echo this many decibels above the noise of a sample.
-pub fn lidar(n: usize, snr_db: f64) -> Sensor {
-    let sensor = sensor::<Iq>(&config(), n, 0.0);
-    let receiver = sensor.receiver.with_snr(amplitude(snr_db), snr_db);
-    sensor.received_by(receiver)
-}
-
-/// The codes of a block along a beam.
-pub fn samples(lidar: &Sensor, beam: usize, snr_db: f64, rng: &mut ChaCha8Rng) -> Vec<[i16; 2]> {
-    let span_s = lidar.n as f64 / RATE_HZ;
-    let aerosols = Speckle::new(0.0, span_s, SPECKLE_HZ, || rng.sample(StandardNormal));
-    // The delay of 100 m is that of a target that does not matter: the wave is continuous.
-    let echo = Target::moving(amplitude(snr_db), 100.0, along_mps(beam)).rough(aerosols);
-    codes::<Iq>(lidar, &[echo], (0, 0), rng)
+/// The air along a beam, this many decibels below the noise of a sample, while the blocks of a sum are taken.
+pub fn scene(seed: u64, n: usize, beam: usize, snr_db: f64) -> Scene {
+    let aerosols = vec![Change::Speckle { bandwidth_hz: SPECKLE_HZ.into() }];
+    // The range does not matter: the wave is continuous.
+    let air = Target { changes: aerosols, ..echo(amplitude(snr_db), 100.0, along_mps(beam)) };
+    let seconds = f64::from(BLOCKS) * BLOCK_S;
+    let sensor = Scene { seed, seconds, ..sensor::<Iq>(&config(), n, 0.0, 1) };
+    before(sensor, vec![Source::Target(air)], snr_db)
 }
 
 #[cfg(test)]
