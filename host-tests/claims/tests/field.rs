@@ -374,7 +374,7 @@ fn beside_other_lines_the_default_is_the_best() {
                         (kind, 1024, snr_db),
                         Some(bins.clone()),
                     );
-                    let case = case.told(|config| config.method = method).trials(100);
+                    let case = case.told(|config| config.method = method).trials(400);
                     rows.push(if method == least {
                         let case = case.at_most(0.01, Event::GoodOff(5.0));
                         case.whatever_the_verdict()
