@@ -119,7 +119,7 @@ fn coloured_noise(draw: &mut Draw, n: usize) -> Scene {
     let mut scene = Scene { sources: vec![line(anywhere(n), 0.0..200.0)], ..Scene::default() };
     scene.receiver.noise.rms = Some((60.0 / (1.0 - pole * pole).sqrt()).into());
     scene.receiver.noise.shape =
-        vec![Density::Points { points: (0..=POINTS).map(point).collect() }];
+        vec![Density::Points { points: (0..=POINTS).map(point).collect(), beside_tone: false }];
     scene
 }
 

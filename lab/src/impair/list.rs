@@ -335,7 +335,7 @@ pub const SIGNALS: &[Entry] = &[
         "keying",
         "a tone that is on or off at random, bit by bit, so many a block",
         &[Key::new("bits", "", &[4.0, 16.0], (1e-3, 1e4))],
-        |of, v| of.change(Change::Keyed { bits_hz: v[0].into() }),
+        |of, v| of.change(Change::Keyed { bits_hz: v[0].into(), by_turns: false }),
     ),
 ];
 
