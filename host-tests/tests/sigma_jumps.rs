@@ -93,7 +93,7 @@ fn sigma_is_even_or_what_widens_it_is_named() {
     let tones = [3.0, 5.0, 8.0, 12.0, 20.0, 40.0].map(|away| {
         [-40.0, -30.0, -20.0, -10.0, -6.0].map(|level_db| Beside::Tone(away, level_db))
     });
-    for (name, besides, most) in [("hum", hum.concat(), 90), ("a second tone", tones.concat(), 170)]
+    for (name, besides, most) in [("hum", hum.concat(), 73), ("a second tone", tones.concat(), 180)]
     {
         let (mut cells, mut uneven, mut worst) = (0, 0, 0.0f64);
         for beside in besides {

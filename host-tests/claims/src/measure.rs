@@ -34,9 +34,11 @@ pub fn trial(case: &Case, number: u64) -> Trial {
 fn sized<R: Record, E: engine::Engine>(case: &Case, run: &mut Run) -> Trial {
     match case.n {
         64 => measured::<R, 64, E>(case, run),
+        128 => measured::<R, 128, E>(case, run),
         256 => measured::<R, 256, E>(case, run),
         512 => measured::<R, 512, E>(case, run),
         1024 => measured::<R, 1024, E>(case, run),
+        2048 => measured::<R, 2048, E>(case, run),
         4096 => measured::<R, 4096, E>(case, run),
         n => panic!("{}: no records of {n} samples", case.label),
     }

@@ -265,3 +265,30 @@ fn tones_beside_an_offset_are_right_or_refused() {
     }
     hold(rows);
 }
+
+/// Tones of 16 bits and 60 to 98 dB: sigma has the engine's own error.
+#[test]
+fn sigma_has_the_engines_error() {
+    let mut rows = Vec::new();
+    for kind in Kind::ALL {
+        for n in [256, 512, 1024, 2048, 4096] {
+            for snr_db in [60.0, 70.0, 80.0, 90.0, 98.0] {
+                let end = if kind == Iq { n } else { n / 2 } as f64;
+                let amplitude = 0.84 * 32_767.0;
+                let noise = deviation(amplitude, snr_db);
+                // The codes' rounding is a part of the noise.
+                let added = (noise * noise - 1.0 / 12.0).max(1e-6).sqrt();
+                let mut scene = tones(kind, n, [line(8.0..end - 8.0, amplitude)], added);
+                scene.converter.bits = 16;
+                let label = format!("the engine's error: {} {n}, {snr_db} dB", kind.name());
+                let held = |case: Case| {
+                    let case = case.trials(250).square(0.72, 1.32).at_least(0.998, Event::Good);
+                    case.at_most(0.0005, Event::Off(5.0))
+                };
+                rows.push(held(Case::new(label.clone(), scene.clone(), n)));
+                rows.push(held(Case::new(label + ", floats", scene, n).in_floats()));
+            }
+        }
+    }
+    hold(rows);
+}
