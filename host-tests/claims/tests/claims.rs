@@ -4,3 +4,4 @@ mod chirps;
 mod lines;
 mod sums;
 mod tones;
+mod tracks;
