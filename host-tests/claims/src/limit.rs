@@ -20,6 +20,8 @@ pub enum Event {
     Is(&'static [Verdict]),
     /// It may be used and is so many sigmas off or more: of the usable ones.
     Off(f64),
+    /// The same of its frequency alone, or of its range.
+    FirstOff(f64),
     /// It may be used and is so many sigmas off or more: of all.
     Wrong(f64),
     /// It may not be used, and is within five bounds of the truth.
@@ -137,6 +139,7 @@ impl Event {
             Event::Good => of(&any, &|seen| seen.verdict == Verdict::Good),
             Event::Is(verdicts) => of(&any, &|seen| verdicts.contains(&seen.verdict)),
             Event::Off(sigmas) => of(&usable, &|seen| seen.worst() > sigmas),
+            Event::FirstOff(sigmas) => of(&usable, &|seen| seen.off[0].abs() > sigmas),
             Event::Wrong(sigmas) => of(&any, &|seen| usable(seen) && seen.worst() > sigmas),
             Event::RefusedThoughRight => {
                 of(&any, &|seen| !usable(seen) && seen.over_bound[0].abs() < 5.0)

@@ -110,7 +110,7 @@ fn measured<R: Record, const N: usize, E: engine::Engine>(case: &Case, run: &mut
             let samples = samples::<R, N>(run, 0);
             let measurement = pipeline.block(&Stamp::default(), &samples);
             let against = Against::new::<R>(case, run, 0);
-            let found = pipeline.harmonic(&measurement, orders as _);
+            let found = pipeline.harmonic(&measurement, orders);
             let seen = vec![found.map_or(Seen::NOTHING, |found| against.tone(&found.tone))];
             Trial { seen, ..Trial::default() }
         }
@@ -122,6 +122,7 @@ fn measured<R: Record, const N: usize, E: engine::Engine>(case: &Case, run: &mut
             tracks(case, run, Box::new(Tracker::<R, N>::new(plan)), settled, more)
         }
         Path::Bursts(records) => bursts(case, run, BurstProcessor::<R, N>::new(plan), records),
+        // Measured before.
         Path::ByTurns => Trial::default(),
         Path::Chirps(laps) => chirps::<R, N, E>(case, run, &mut pipeline, laps),
     }

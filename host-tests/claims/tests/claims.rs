@@ -1,6 +1,8 @@
 //! The table of claims. `cargo test -p picket-claims -- --nocapture` prints it.
 
+mod bursts;
 mod chirps;
+mod faults;
 mod lines;
 mod sums;
 mod tones;
