@@ -119,7 +119,8 @@ fn measured<R: Record, const N: usize, E: engine::Engine>(case: &Case, run: &mut
             Trial { seen, ..Trial::default() }
         }
         Path::Tracks(settled, more) => {
-            tracks(case, run, Box::new(Tracker::<R, N>::new(plan)), settled, more)
+            let mut tracker = Box::new(Tracker::<R, N>::new(plan));
+            tracks(case, run, &mut tracker, settled, more)
         }
         Path::Bursts(records) => bursts(case, run, BurstProcessor::<R, N>::new(plan), records),
         // Measured before.
@@ -145,7 +146,7 @@ fn by_turns<const N: usize, const TWICE: usize>(case: &Case, run: &mut Run) -> T
 fn tracks<R: Record, const N: usize>(
     case: &Case,
     run: &mut Run,
-    mut tracker: Box<Tracker<R, N>>,
+    tracker: &mut Tracker<R, N>,
     settled: usize,
     more: usize,
 ) -> Trial {
