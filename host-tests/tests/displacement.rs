@@ -6,9 +6,11 @@ use picket_dsp::solve::chirp::Mixing;
 use picket_dsp::solve::displacement::{Between, Displacement, Unwrapper};
 use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_dsp::{Codes, Config, Iq, Pipeline, Stamp, Tone, Usable, Verdict};
-use picket_simulator::{Receiver, Target, Waveform};
+use picket_simulator::Scene;
+use picket_simulator::scene::{self, Noise, Receiver, Source, Target, Vibration, Waveform};
 use rand::RngExt;
 use rand_distr::StandardNormal;
+use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 const N: usize = 256;
@@ -35,30 +37,46 @@ fn judged(moved: &[Displacement], truth: &[f64]) -> [usize; 2] {
 fn by_frequency(snr_db: f64, swing_bins: f64, period: f64, seed: u64) -> [f64; 2] {
     let amplitude = amplitude(snr_db).min(1500.0);
     let plan = Config::new(1.0, Codes::signed::<12>()).plan::<Iq, N>().unwrap();
+    let n = N as f64;
     // A wave of 2 m turns once a metre.
-    let wave = Waveform::continuous(SPEED_OF_LIGHT / 2.0);
-    let seen = trials(seed, 50, |rng| {
-        let (mean, begin) = (rng.random_range(-40.0..40.0f64), rng.random_range(0.0..TAU));
-        // Turns at a time in blocks, of a target that goes away.
-        let turns = |t: f64| {
-            mean * t - swing_bins * period / TAU * ((TAU * t / period + begin).cos() - begin.cos())
-        };
-        let mixing = Mixing::ALL[usize::from(rng.random::<bool>())];
-        let receiver = Receiver::ideal(1.0, true, mixing).with_snr(amplitude, snr_db);
-        let target = Target::new(amplitude, |t| turns(t / N as f64));
+    let waveform = Waveform { carrier_hz: SPEED_OF_LIGHT / 2.0, ..Waveform::default() };
+    let target = Target {
+        range_m: 3000.0.into(),
+        velocity_mps: (-40.0 / n..40.0 / n).into(),
+        amplitude: Some(amplitude.into()),
+        vibration: vec![Vibration {
+            amplitude_m: (swing_bins * period / TAU).into(),
+            frequency_hz: (1.0 / (period * n)).into(),
+            phase_turns: (0.0..1.0).into(),
+        }],
+        ..Target::default()
+    };
+    let noise = Noise { snr_db: Some(snr_db.into()), ..Noise::default() };
+    let scene = |mixing| Scene {
+        seed,
+        rate_hz: 1.0,
+        seconds: n * BLOCKS as f64,
+        waveform: Some(waveform.clone()),
+        sources: vec![Source::Target(target.clone())],
+        receiver: Receiver { iq: true, mixing, noise: noise.clone(), ..Receiver::default() },
+        ..Scene::default()
+    };
+    let of_run = |trial: u64| {
+        let (sent, mixing) = [
+            (scene::Mixing::TxConjRx, Mixing::TxConjRx),
+            (scene::Mixing::RxConjTx, Mixing::RxConjTx),
+        ][trial as usize % 2];
+        let mut run = scene(sent).run(trial).unwrap();
         let mut pipeline = Pipeline::<Iq, N>::new(plan);
         let mut unwrapper = Unwrapper::new(2.0, mixing, Between::Frequency).unwrap();
         let (mut moved, mut truth) = (Vec::new(), Vec::new());
         // Blocks that an offset cannot disturb.
         let mut measurable = 0;
         for block in 0..BLOCKS {
-            let middle = TAU * (block as f64 + 0.5) / period + begin;
-            let frequency = mean + swing_bins * middle.sin();
-            measurable += usize::from(frequency.abs() > 2.0);
             let clock = block * N as u64;
-            let targets = core::slice::from_ref(&target);
-            let normal = || rng.sample(StandardNormal);
-            let record = receiver.record(&wave, targets, (0, clock as f64), N, normal);
+            let frequency = run.truth(0, clock as f64, N).frequency_hz * n;
+            measurable += usize::from(frequency.abs() > 2.0);
+            let record = run.record(block as usize, N);
             let stamp = Stamp { sequence: block as u32, clock, ..Stamp::default() };
             let measurement = pipeline.block(&stamp, record.as_array().unwrap());
             for phasor in &pipeline.lines(&measurement, 1) {
@@ -66,13 +84,14 @@ fn by_frequency(snr_db: f64, swing_bins: f64, period: f64, seed: u64) -> [f64; 2
                 // A displacement counts from a block whose tone can be used.
                 if phasor.tone.verdict.usable() <= Usable::WithinSigma {
                     moved.push(now);
-                    truth.push(turns(block as f64 + 0.5));
+                    truth.push(run.truth(0, clock as f64 + 0.5 * n, 1).range_m.unwrap());
                 }
             }
         }
         let [good, wrong] = judged(&moved, &truth);
         [good, wrong, measurable]
-    });
+    };
+    let seen: Vec<[usize; 3]> = (0..50).into_par_iter().map(of_run).collect();
     let sum = |i: usize| seen.iter().map(|seen| seen[i]).sum::<usize>() as f64;
     let [good, wrong] = [sum(0) / sum(2), sum(1) / sum(0).max(1.0)];
     println!(

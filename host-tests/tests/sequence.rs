@@ -3,10 +3,10 @@
 use crate::signal::*;
 use picket_dsp::config::SPEED_OF_LIGHT;
 use picket_dsp::solve::sequence::{LISTED, Sequence};
-use picket_dsp::{Chirp, Codes, Config, Mixing, Pipeline, Real, Shape, Stamp, Verdict};
-use picket_simulator::{Receiver, Sensor, Target};
-use rand::RngExt;
-use rand_distr::StandardNormal;
+use picket_dsp::{Chirp, Codes, Config, Pipeline, Real, Shape, Stamp, Verdict};
+use picket_simulator::Scene;
+use picket_simulator::scene::{self, Noise, Receiver, Source, Target, Waveform};
+use rayon::prelude::*;
 
 const N: usize = 1024;
 const RATE_HZ: f64 = 500e3;
@@ -25,6 +25,37 @@ fn chirp() -> Chirp {
     }
 }
 
+/// A target before a radar that sends this chirp again and again.
+fn scene(snr_db: f64, seed: u64) -> Scene {
+    let chirp = chirp();
+    let waveform = Waveform {
+        shape: scene::Shape::Sawtooth,
+        carrier_hz: SPEED_OF_LIGHT / chirp.wavelength_m,
+        bandwidth_hz: chirp.bandwidth_hz,
+        ramp_s: chirp.duration_s,
+        period_s: f64::from(PERIOD) / RATE_HZ,
+        guard_s: Some(0.0),
+        samples: N,
+        ..Waveform::default()
+    };
+    let target = Target {
+        range_m: (15.0..80.0).into(),
+        velocity_mps: (-4.0..4.0).into(),
+        amplitude: Some(amplitude(snr_db).into()),
+        ..Target::default()
+    };
+    let noise = Noise { snr_db: Some(snr_db.into()), ..Noise::default() };
+    Scene {
+        seed,
+        rate_hz: RATE_HZ,
+        seconds: 0.2,
+        waveform: Some(waveform),
+        sources: vec![Source::Target(target)],
+        receiver: Receiver { noise, ..Receiver::default() },
+        ..Scene::default()
+    }
+}
+
 struct Seen {
     /// (error/sigma)^2 of the velocity and of the range, where it was among the listed.
     squares: Option<[f64; 2]>,
@@ -34,22 +65,16 @@ struct Seen {
 
 /// What a sequence of so many chirps shows in the end.
 fn seen(snr_db: f64, chirps: u64, seed: u64) -> Vec<Seen> {
-    trials(seed, host_tests::sized(300, 3000), |rng| {
-        let (range_m, velocity) = (rng.random_range(15.0..80.0), rng.random_range(-4.0..4.0));
+    let scene = scene(snr_db, seed);
+    let of_run = |trial| {
+        let mut run = scene.run(trial).unwrap();
         let config = Config::new(RATE_HZ, Codes::signed::<12>());
         let mut pipeline = Pipeline::<Real, N>::new(config.plan().unwrap());
         let equations = chirp().equations(RATE_HZ, N, false).unwrap();
         let mut sequence = Sequence::new(&equations, PERIOD).unwrap();
-        let amplitude = amplitude(snr_db);
-        let receiver =
-            Receiver::ideal(RATE_HZ, false, Mixing::TxConjRx).with_snr(amplitude, snr_db);
-        let radar = Sensor::chirp(&chirp(), receiver, N, f64::from(PERIOD) / RATE_HZ);
-        let target = Target::moving(amplitude, range_m, velocity).turned(1.0 / 6.0);
         let mut targets = heapless::Vec::new();
-        let mut middle = 0.0;
         for lap in 0..chirps {
-            let record = radar
-                .record(core::slice::from_ref(&target), (lap, 0), || rng.sample(StandardNormal));
+            let record = run.record(lap as usize, N);
             let samples = std::array::from_fn(|n| record[n][0]);
             let clock = lap * u64::from(PERIOD);
             let stamp = Stamp { clock, sequence: lap as u32, ..Stamp::default() };
@@ -57,15 +82,15 @@ fn seen(snr_db: f64, chirps: u64, seed: u64) -> Vec<Seen> {
             let lines = pipeline.lines(&measurement, 1);
             let [phasor] = lines.as_slice() else { panic!("{} lines", lines.len()) };
             targets = sequence.push(&stamp, phasor);
-            middle = clock as f64 / RATE_HZ + radar.middle_s();
         }
+        let truth = run.truth(0, scene.start_s(chirps as usize - 1, N), N);
+        let (away, velocity) = (truth.range_m.unwrap(), truth.velocity_mps.unwrap());
         let square = |error: f64, sigma: f32| (error / f64::from(sigma)).powi(2);
         let right = targets
             .iter()
             .find(|target| (target.velocity.unwrap().to_num::<f64>() - velocity).abs() < 1.0);
         Seen {
             squares: right.map(|target| {
-                let away = range_m - velocity * middle;
                 [
                     square(
                         target.velocity.unwrap().to_num::<f64>() - velocity,
@@ -77,7 +102,8 @@ fn seen(snr_db: f64, chirps: u64, seed: u64) -> Vec<Seen> {
             alone: targets.len() == 1,
             good: targets.iter().any(|target| target.verdict == Verdict::Good),
         }
-    })
+    };
+    (0..host_tests::sized(300, 3000)).into_par_iter().map(of_run).collect()
 }
 
 #[test]

@@ -1,14 +1,13 @@
 //! The chirp solver: exact on the paper's rows, equal to weighted least squares, honest sigmas.
 
-use host_tests::echoes;
-use picket_dsp::acquire::sample::{Iq, Real};
-use picket_dsp::config::{Config, Scene};
+use picket_dsp::acquire::sample::Real;
+use picket_dsp::config::{Config, SPEED_OF_LIGHT, Scene};
 use picket_dsp::solve::chirp::{self, Ambiguity, Mixing, Scale, Shape};
 use picket_dsp::solve::equations::{Chirp, Equations};
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::{Tone, Verdict};
 use picket_host::scenario::{self, Row};
-use picket_simulator::Sensor;
+use picket_simulator::scene::{self, Receiver, Source, Target, Waveform};
 use proptest::prelude::*;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -16,18 +15,57 @@ use rand_distr::{Distribution, StandardNormal};
 
 const N: usize = 1024;
 
-/// The lidar as it is simulated, real or with either mixing, and its equations.
-fn lidar(mixing: Option<Mixing>) -> (Sensor, Equations) {
+/// The lidar's chirp, real or with either mixing, its rate, and its equations.
+fn lidar(mixing: Option<Mixing>) -> (Chirp, f64, Equations) {
     let Scene::Chirp(chirp) = scenario::lidar().scene else { panic!("the lidar has a chirp") };
     let chirp = Chirp { mixing: mixing.unwrap_or_default(), ..chirp };
-    let config = Config { scene: Scene::Chirp(chirp), ..scenario::lidar() };
-    let signed = mixing.is_some();
-    let equations = chirp.equations(config.rate_hz, N, signed).unwrap();
-    (echoes::sensor::<Iq>(&config, N, 0.0), equations)
+    let rate_hz = scenario::lidar().rate_hz;
+    (chirp, rate_hz, chirp.equations(rate_hz, N, mixing.is_some()).unwrap())
 }
 
 fn equations() -> Equations {
-    lidar(None).1
+    lidar(None).2
+}
+
+/// The beats of a target in the segments of a chirp, signed cycles per sample, from the phases of its records. The row is that of the chirp's
+/// middle.
+fn beats(chirp: &Chirp, rate_hz: f64, row: &Row) -> Vec<f64> {
+    let segments = chirp.shape.segments().len();
+    let waveform = Waveform {
+        shape: match chirp.shape {
+            Shape::Trapezoid => scene::Shape::Trapezoid,
+            Shape::Triangle => scene::Shape::Triangle,
+            Shape::Sawtooth => scene::Shape::Sawtooth,
+        },
+        carrier_hz: SPEED_OF_LIGHT / chirp.wavelength_m,
+        bandwidth_hz: chirp.bandwidth_hz,
+        ramp_s: chirp.duration_s,
+        guard_s: Some(chirp.guard_s),
+        samples: N,
+        ..Waveform::default()
+    };
+    let mixing = match chirp.mixing {
+        Mixing::TxConjRx => scene::Mixing::TxConjRx,
+        Mixing::RxConjTx => scene::Mixing::RxConjTx,
+    };
+    let mut scene = picket_simulator::Scene {
+        rate_hz,
+        seconds: 4.0 * chirp.duration_s,
+        waveform: Some(waveform),
+        receiver: Receiver { iq: true, mixing, ..Receiver::default() },
+        ..picket_simulator::Scene::default()
+    };
+    let ends = [0, segments - 1].map(|segment| scene.start_s(segment, N));
+    let middle_s = f64::midpoint(ends[0], ends[1]) + 0.5 * (N - 1) as f64 / rate_hz;
+    scene.sources = vec![Source::Target(Target {
+        range_m: (row.range_m + row.velocity_mps * middle_s).into(),
+        velocity_mps: row.velocity_mps.into(),
+        amplitude: Some(1.0.into()),
+        ..Target::default()
+    })];
+    let run = scene.run(0).unwrap();
+    let beat = |segment| run.truth(0, scene.start_s(segment, N), N).frequency_hz / rate_hz;
+    (0..segments).map(beat).collect()
 }
 
 fn tone(cycles: f64, sigma: f32) -> Tone {
@@ -41,11 +79,10 @@ fn tone(cycles: f64, sigma: f32) -> Tone {
 
 /// The three tones of a row, from the phases of its simulated records: magnitudes where the samples are real.
 fn tones(row: &Row, mixing: Option<Mixing>, sigmas: [f32; 3]) -> [Tone; 3] {
-    let (sensor, _) = lidar(mixing);
-    let target = echoes::target(row, &sensor, 1.0, &mut ChaCha8Rng::seed_from_u64(1));
+    let (chirp, rate_hz, _) = lidar(mixing);
+    let beats = beats(&chirp, rate_hz, row);
     std::array::from_fn(|i| {
-        let beat = sensor.beat(&target, (0, i));
-        tone(if mixing.is_some() { beat } else { beat.abs() }, sigmas[i])
+        tone(if mixing.is_some() { beats[i] } else { beats[i].abs() }, sigmas[i])
     })
 }
 
@@ -62,7 +99,7 @@ fn every_row_of_both_signs_is_exact_without_noise() {
     assert_eq!(rows.len(), 28);
     for row in rows {
         for mixing in RECEIVERS {
-            let (_, equations) = lidar(mixing);
+            let (.., equations) = lidar(mixing);
             let tones = tones(&row, mixing, [1e-6; 3]);
             let target = chirp::trapezoid(&tones, mixing.is_some(), &equations);
             assert!(close(target.range, row.range_m), "{row:?}: {target:?}");
@@ -77,7 +114,7 @@ fn a_triangle_reports_the_exchange() {
     for row in scenario::table3() {
         for mixing in RECEIVERS {
             // The ramps of a trapezoid are a triangle whose equations know of the time between them.
-            let (_, equations) = lidar(mixing);
+            let (.., equations) = lidar(mixing);
             let [up, _, down] = tones(&row, mixing, [1e-6; 3]);
             let target = chirp::triangle(&[up, down], mixing.is_some(), &equations);
             let right =
@@ -108,13 +145,9 @@ fn a_wrong_mixing_is_never_good() {
         let solved = |set: Mixing| {
             let chirp =
                 Chirp { shape, mixing, duration_s: 1.1e-3, guard_s: 0.04e-3, ..Chirp::default() };
-            let config =
-                Config { scene: Scene::Chirp(chirp), ..Config::new(1e6, scenario::lidar().codes) };
-            let sensor = echoes::sensor::<Iq>(&config, N, 0.0);
             let equations = Chirp { mixing: set, ..chirp }.equations(1e6, N, true).unwrap();
-            let row = Row { range_m: 30.0, velocity_mps: 3.0 };
-            let target = echoes::target(&row, &sensor, 1.0, &mut ChaCha8Rng::seed_from_u64(1));
-            let tone = |segment| tone(sensor.beat(&target, (0, segment)), 1e-6);
+            let beats = beats(&chirp, 1e6, &Row { range_m: 30.0, velocity_mps: 3.0 });
+            let tone = |segment: usize| tone(beats[segment], 1e-6);
             if shape == Shape::Triangle {
                 chirp::triangle(&[tone(0), tone(1)], true, &equations)
             } else {
@@ -154,7 +187,7 @@ fn a_flat_beat_that_is_not_seen_is_a_slow_targets() {
         for velocity_mps in [0.0, 0.001, 10.0] {
             let row = Row { range_m: 50.0, velocity_mps };
             let mut beats = tones(&row, mixing, [1e-5; 3]);
-            let (_, equations) = lidar(mixing);
+            let (.., equations) = lidar(mixing);
             beats[1] = Tone { verdict: Verdict::Weak, ..tone(0.33, 1e-3) };
             let target = chirp::trapezoid(&beats, mixing.is_some(), &equations);
             let wanted = if velocity_mps < 1.0 { Verdict::Good } else { Verdict::Weak };

@@ -122,22 +122,25 @@ impl Flow {
         flown + particle.beside_mps * (time_s - particle.middle_s)
     }
 
-    /// The light of all of them at a time, codes.
-    pub fn at(&self, time_s: f64) -> f64 {
+    /// The light of all of them at a time, codes, and what a mixer in quadrature makes of its fringes.
+    pub fn at(&self, time_s: f64) -> [f64; 2] {
         let place = ((time_s - self.from_s) / self.stretch_s).max(0.0) as usize;
         let Some(stretch) = self.stretches.get(place.min(self.stretches.len().max(1) - 1)) else {
-            return 0.0;
+            return [0.0; 2];
         };
         let light = |&number: &usize| {
-            let Some(particle) = self.passed.get(number) else { return 0.0 };
+            let Some(particle) = self.passed.get(number) else { return [0.0; 2] };
             let x = self.place_m(particle, time_s);
             let ratio = x / self.of.radius_m;
             let turns = x / self.of.fringe_m + self.of.shift_hz * time_s + particle.turns;
-            let fringes = self.of.visibility * libm::cos(TAU * (turns - libm::floor(turns)));
-            let level = particle.amplitude / self.of.visibility;
-            level * libm::exp(-2.0 * (ratio * ratio)) * (self.of.pedestal + fringes)
+            let (sin, cos) = libm::sincos(TAU * (turns - libm::floor(turns)));
+            let level = particle.amplitude / self.of.visibility * libm::exp(-2.0 * (ratio * ratio));
+            [
+                level * (self.of.pedestal + self.of.visibility * cos),
+                level * self.of.visibility * sin,
+            ]
         };
-        stretch.iter().map(light).sum()
+        stretch.iter().map(light).fold([0.0; 2], |sum, [i, q]| [sum[0] + i, sum[1] + q])
     }
 
     /// The frequency of the mean flow at a time, Hz.

@@ -191,4 +191,21 @@ pub(crate) mod tests {
             assert!((mean - stated).abs() < 0.02, "{mean}, not {stated}");
         }
     }
+
+    /// The bandwidth of a spot is 1.06 times speed over diameter.
+    #[test]
+    fn the_spot_has_the_bandwidth() {
+        let (speed, diameter) = (2.0, 1e-3);
+        let lag_s = 0.1 * diameter / (1.06 * speed);
+        let mut normal = normals();
+        let mut sums = [0.0; 2];
+        for _ in 0..4000 {
+            let speckle = Speckle::from_spot((0.0, lag_s), speed, diameter, &mut normal);
+            let [[a, b], [c, d]] = [speckle.at(0.0), speckle.at(lag_s)];
+            sums = [sums[0] + a * c + b * d, sums[1] + a * a + b * b];
+        }
+        // exp(-2 pi^2 (b t / 2.355)^2).
+        let expected = libm::exp(-2.0 * (PI * 0.1 / 2.3548).powi(2));
+        assert!((sums[0] / sums[1] - expected).abs() < 0.01, "{sums:?} {expected}");
+    }
 }

@@ -124,7 +124,8 @@ impl Voice {
     /// Its two parts at a time, codes.
     fn at(&self, sent: Option<&Sent>, time_s: f64) -> [f64; 2] {
         if let What::Flow(flow) = &self.what {
-            return [self.changes.at(time_s).gain * flow.at(time_s), 0.0];
+            let gain = self.changes.at(time_s).gain;
+            return flow.at(time_s).map(|part| gain * part);
         }
         let [_, turns, amplitude] = self.turns(sent, time_s);
         if amplitude == 0.0 {

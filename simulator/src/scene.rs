@@ -410,7 +410,8 @@ impl Default for Walker {
     }
 }
 
-/// Particles in a flow through the fringes of two laser beams.
+/// Particles in a flow through the fringes of two laser beams. An I/Q receiver sees the fringes in quadrature, and so their direction; the
+/// pedestal is on I alone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Particles {

@@ -112,6 +112,15 @@ impl<const N: usize> From<[f64; N]> for Value {
 }
 
 impl Value {
+    /// Values that change at once at whole numbers of seconds, from 0 on.
+    pub fn steps(values: impl IntoIterator<Item = f64>) -> Self {
+        let step = |(index, value): (usize, f64)| {
+            let from = index as f64;
+            [[from, value], [from + (1.0 - 1e-9), value]]
+        };
+        Value::Over(values.into_iter().enumerate().flat_map(step).collect())
+    }
+
     /// Both signs of a number.
     pub fn either_way(value: f64) -> Self {
         [-value, value].into()
@@ -140,12 +149,10 @@ impl Value {
 
     /// The course of a run.
     pub(crate) fn course(&self, draw: &mut Draw) -> Course {
-        Course {
-            points: match self {
-                Value::Over(points) => points.clone(),
-                _ => vec![[0.0, self.draw(draw)]],
-            },
-        }
+        Course::new(match self {
+            Value::Over(points) => points.clone(),
+            _ => vec![[0.0, self.draw(draw)]],
+        })
     }
 
     /// The largest magnitude that it may have.
@@ -196,19 +203,37 @@ impl Value {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Course {
     points: Vec<[f64; 2]>,
+    /// The integral from the first point to each.
+    sums: Vec<f64>,
 }
 
 impl Course {
+    fn new(points: Vec<[f64; 2]>) -> Self {
+        let mut sums = vec![0.0];
+        for pair in points.windows(2) {
+            let [[from, low], [to, high]] = [pair[0], pair[1]];
+            let span = to - from;
+            let sum = sums.last().copied().unwrap_or(0.0);
+            sums.push(sum + span * (low + 0.5 * (high - low) * span / (to - from)));
+        }
+        Course { points, sums }
+    }
+
+    /// The points before and after a time.
+    fn around(&self, time_s: f64) -> (usize, Option<[f64; 2]>, Option<[f64; 2]>) {
+        let after = self.points.partition_point(|point| point[0] <= time_s);
+        let before = after.checked_sub(1).and_then(|place| self.points.get(place));
+        (after, before.copied(), self.points.get(after).copied())
+    }
+
     /// The value at a time.
     pub fn at(&self, time_s: f64) -> f64 {
-        let after = self.points.partition_point(|point| point[0] <= time_s);
-        let before = after.checked_sub(1).and_then(|last| self.points.get(last));
-        match (before, self.points.get(after)) {
-            (Some([from, last]), Some([time, next])) => {
-                last + (next - last) * (time_s - from) / (time - from)
+        match self.around(time_s) {
+            (_, Some([from, low]), Some([to, high])) => {
+                low + (high - low) * (time_s - from) / (to - from)
             }
-            (Some([_, value]), None) | (None, Some([_, value])) => *value,
-            (None, None) => 0.0,
+            (_, Some([_, value]), None) | (_, None, Some([_, value])) => value,
+            (_, None, None) => 0.0,
         }
     }
 
@@ -222,24 +247,21 @@ impl Course {
 
     /// The integral from the first point to a time.
     fn since_first(&self, time_s: f64) -> f64 {
-        let Some(&[first, value]) = self.points.first() else { return 0.0 };
-        if time_s <= first {
-            return value * (time_s - first);
+        match self.around(time_s) {
+            (after, Some([from, low]), next) => {
+                let (span, sum) = (time_s - from, self.sums.get(after - 1).copied().unwrap_or(0.0));
+                let rise = next.map_or(0.0, |[to, high]| (high - low) * span / (to - from));
+                sum + span * (low + 0.5 * rise)
+            }
+            (_, None, Some([first, value])) => value * (time_s - first),
+            (_, None, None) => 0.0,
         }
-        let mut sum = 0.0;
-        for pair in self.points.windows(2) {
-            let [[from, low], [to, high]] = [pair[0], pair[1]];
-            let span = (time_s.min(to) - from).max(0.0);
-            sum += span * (low + 0.5 * (high - low) * span / (to - from));
-        }
-        let [last, value] = self.points.last().copied().unwrap_or_default();
-        sum + value * (time_s - last).max(0.0)
     }
 
     /// The same course, so much higher.
     pub fn raised(mut self, by: f64) -> Self {
         self.points.iter_mut().for_each(|point| point[1] += by);
-        self
+        Self::new(self.points)
     }
 
     /// Whether it does not change.
@@ -260,7 +282,7 @@ mod tests {
     /// The integral is the sum of the values over small steps.
     #[test]
     fn a_course_and_its_integral() {
-        let course = Course { points: vec![[1.0, 20.0], [2.0, 20.0], [6.0, -4.0]] };
+        let course = Course::new(vec![[1.0, 20.0], [2.0, 20.0], [6.0, -4.0]]);
         assert_eq!([0.0, 1.5, 4.0, 9.0].map(|t| course.at(t)), [20.0, 20.0, 8.0, -4.0]);
         for time in [-2.0, 0.5, 1.7, 3.0, 8.0] {
             let steps = 10_000;

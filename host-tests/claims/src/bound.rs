@@ -1,6 +1,6 @@
 //! The exact Cramer-Rao bounds of tones in white noise.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// A line: its frequency in bins, its amplitude in codes, its phase at the first sample in radians.
 #[derive(Clone, Copy, Debug)]
@@ -54,4 +54,12 @@ pub fn iq(n: usize, amplitude: f64, sigma: f64) -> f64 {
 pub fn phase(n: usize, iq: bool, amplitude: f64, sigma: f64) -> f64 {
     let parts = if iq { 1.0 } else { 2.0 };
     (parts / n as f64).sqrt() * sigma / amplitude / TAU
+}
+
+/// The bound of a burst's frequency with its Gaussian envelope known, bins; `deviation` in samples.
+pub fn burst(n: usize, iq: bool, amplitude: f64, deviation: f64, sigma: f64) -> f64 {
+    // A real tone's phase is half as well known as that of an I/Q tone in the same noise of each part.
+    let parts = if iq { 1.0 } else { 0.5 };
+    let sum = parts * PI.sqrt() / 2.0 * deviation.powi(3);
+    n as f64 * sigma / (TAU * amplitude * sum.sqrt())
 }

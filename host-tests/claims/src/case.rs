@@ -15,8 +15,18 @@ pub enum Path {
     Lines(usize),
     /// The sum of so many blocks, whose line drifts by so many bins a block, as the configuration says.
     Sum(u32, f32),
+    /// The tones of so many blocks, one after the other.
+    Blocks(usize),
+    /// The tone of a block of pairs that one converter takes by turns.
+    ByTurns,
     /// The tracks that are held after so many blocks, in so many more.
     Tracks(usize, usize),
+    /// The burst of the first source, in a stream of so many records: the nearest valid one, or the worst where any source may be meant.
+    Bursts(usize),
+    /// The fundamental of a block, from as many multiples at most.
+    Harmonic(u32),
+    /// The tone within two bins of this one, without a search.
+    Locked(i32),
     /// The target of the last of so many chirps.
     Chirps(usize),
 }
@@ -183,6 +193,12 @@ impl Case {
     #[must_use]
     pub fn at_most(self, most: f64, of: Event) -> Self {
         self.asks(Asked::Share { of, least: 0.0, most })
+    }
+
+    /// No answer has this event.
+    #[must_use]
+    pub fn never(self, of: Event) -> Self {
+        self.at_most(0.0, of)
     }
 
     /// At least this share of the answers has this event.

@@ -20,6 +20,8 @@ pub enum Event {
     Is(&'static [Verdict]),
     /// It may be used and is so many sigmas off or more: of the usable ones.
     Off(f64),
+    /// The same of its frequency alone, or of its range.
+    FirstOff(f64),
     /// It may be used and is so many sigmas off or more: of all.
     Wrong(f64),
     /// It is `good` and is so many sigmas off or more: of all.
@@ -40,6 +42,18 @@ pub enum Event {
     RightNumber,
     /// A trial has an answer without a source.
     More,
+    /// Its amplitude is off by more than this share and what noise explains, of the usable ones.
+    LevelOff(f64),
+    /// A trial has usable rows of more tracks than so many.
+    Identities(usize),
+    /// A trial's sources were not all held within so many watched blocks.
+    Late(usize),
+    /// A source of a trial was held, and then not.
+    Lost,
+    /// Other tracks hold a trial's sources in the end than in the beginning.
+    Exchanged,
+    /// A burst detector cut out a record: of all records.
+    Cut,
 }
 
 /// What must come out.
@@ -118,12 +132,16 @@ impl Event {
             (among.len() as u64, among.iter().filter(|seen| is(seen)).count() as u64)
         };
         let any = |_: &Seen| true;
+        let trials_of = |is: &dyn Fn(&Trial) -> bool| {
+            (trials.len() as u64, trials.iter().filter(|trial| is(trial)).count() as u64)
+        };
         match self {
             Event::Usable => of(&any, &usable),
             Event::Refused => of(&any, &|seen| !usable(seen)),
             Event::Good => of(&any, &|seen| seen.verdict == Verdict::Good),
             Event::Is(verdicts) => of(&any, &|seen| verdicts.contains(&seen.verdict)),
             Event::Off(sigmas) => of(&usable, &|seen| seen.worst() > sigmas),
+            Event::FirstOff(sigmas) => of(&usable, &|seen| seen.off[0].abs() > sigmas),
             Event::Wrong(sigmas) => of(&any, &|seen| usable(seen) && seen.worst() > sigmas),
             Event::GoodOff(sigmas) => {
                 of(&any, &|seen| seen.verdict == Verdict::Good && seen.worst() > sigmas)
@@ -138,13 +156,18 @@ impl Event {
                 seen.verdict == Verdict::Ambiguous && seen.candidate.is_none_or(|off| off > sigmas)
             }),
             Event::Found => of(&any, &|seen| seen.verdict < Verdict::Weak),
-            Event::RightNumber => {
-                let right = trials.iter().filter(|trial| trial.missing == 0 && trial.more == 0);
-                (trials.len() as u64, right.count() as u64)
+            Event::RightNumber => trials_of(&|trial| trial.missing == 0 && trial.more == 0),
+            Event::More => trials_of(&|trial| trial.more > 0),
+            Event::LevelOff(share) => of(&usable, &|seen| seen.level > share),
+            Event::Identities(most) => trials_of(&|trial| trial.identities > most),
+            Event::Late(blocks) => {
+                trials_of(&|trial| trial.held_after.is_none_or(|at| at > blocks))
             }
-            Event::More => {
-                (trials.len() as u64, trials.iter().filter(|trial| trial.more > 0).count() as u64)
-            }
+            Event::Lost => trials_of(&|trial| trial.lost),
+            Event::Exchanged => trials_of(&|trial| trial.exchanged),
+            Event::Cut => trials
+                .iter()
+                .fold((0, 0), |(all, seen), trial| (all + trial.cut[0], seen + trial.cut[1])),
         }
     }
 }

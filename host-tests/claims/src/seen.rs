@@ -15,6 +15,8 @@ pub struct Seen {
     pub sigma: f64,
     /// By how much its ratio of signal to noise is too large, dB.
     pub snr_db: f64,
+    /// By how much its amplitude is off beyond what noise explains by six deviations, a share.
+    pub level: f64,
     /// Its verdict.
     pub verdict: Verdict,
     /// Of several candidates that are listed, the errors over sigma of the best.
@@ -29,6 +31,7 @@ impl Seen {
         bins: f64::NAN,
         sigma: f64::NAN,
         snr_db: f64::NAN,
+        level: f64::NAN,
         verdict: Verdict::NoSignal,
         candidate: None,
     };
@@ -42,10 +45,21 @@ impl Seen {
 /// What came of a trial.
 #[derive(Clone, Debug, Default)]
 pub struct Trial {
-    /// The answers: one of a block, a sum or a chirp; several of lines and tracks.
+    /// The answers: one of a block, a sum, a chirp or a burst; several of lines; of each block in a row; of each block's held tracks, where one
+    /// without a track has nothing.
     pub seen: Vec<Seen>,
     /// Sources without an answer.
     pub missing: usize,
     /// Answers without a source.
     pub more: usize,
+    /// Numbers of tracks that had a usable row.
+    pub identities: usize,
+    /// Watched blocks until each source was held by a track within a bin and a half.
+    pub held_after: Option<usize>,
+    /// Whether one was not, later on.
+    pub lost: bool,
+    /// Whether the tracks that hold the sources in the last block are others than in the first one that is watched.
+    pub exchanged: bool,
+    /// Records of a stream, and those of them that a burst detector cut out.
+    pub cut: [u64; 2],
 }

@@ -1,8 +1,11 @@
 //! The table of claims. `cargo test -p picket-claims -- --nocapture` prints it.
 
+mod bursts;
 mod chirps;
 mod efforts;
+mod faults;
 mod field;
 mod lines;
 mod sums;
 mod tones;
+mod tracks;
