@@ -375,8 +375,7 @@ impl Track {
     /// moves it by `a / 2 (1/12 - 1/20) = a / 60` from the plain mean.
     fn unknown(&self, tone: &Tone, tracking: &Tracking) -> f32 {
         let rough = tone.verdict.usable() > Usable::WithinSigma;
-        let moving = tone.reasons().any(|reason| reason == Verdict::Moving);
-        let bend = if moving { self.learnt.bend(tone) * (1.0 / 3600.0) } else { 0.0 };
+        let bend = if moves(tone) { self.learnt.bend(tone) * (1.0 / 3600.0) } else { 0.0 };
         if rough { bend + square(0.5 * tracking.apart) } else { bend }
     }
 
@@ -397,6 +396,10 @@ impl Track {
         let after = self.learnt.whole(parts);
         if before > after && self.learnt.scatter == 0.0 {
             self.motion.unsettle(before - after);
+        }
+        // Where a target that stood begins to move within a block, the block's sigma covers more than the change, and no innovation shows it.
+        if moves(tone) && !moves(&self.tone) {
+            self.motion.unsettle(square(tone.sigma));
         }
         let variance = after + unknown;
         self.blocks = 0;
@@ -452,6 +455,11 @@ impl Track {
 /// rail, would make the filter's covariance NaN.
 pub(super) fn tells(tone: &Tone) -> bool {
     tone.sigma < 1.0
+}
+
+/// Whether a tone moves within its block.
+fn moves(tone: &Tone) -> bool {
+    tone.reasons().any(|reason| reason == Verdict::Moving)
 }
 
 fn square(x: f32) -> f32 {

@@ -68,6 +68,14 @@ fn several_tones_reach_their_bounds() {
             rows.push(case.at_least(0.999, Event::RightNumber));
         }
     }
+    // An offset of the channels turns no phase beside it.
+    for offset in [5.0, 20.0, 80.0] {
+        let mut scene = tones(Iq, N, [line(2.0..9.0, 900.0)], deviation(900.0, 40.0));
+        scene.receiver.offset = [offset.into(), offset.into()];
+        let case = Case::new(format!("a phase beside an offset of {offset} codes"), scene, N);
+        let case = case.by(Path::Lines(1)).trials(1000);
+        rows.push(case.asks(Asked::Square { quantity: 1, least: 0.8, most: 1.2 }));
+    }
     hold(rows);
 }
 

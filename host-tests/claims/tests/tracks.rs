@@ -300,3 +300,27 @@ fn crossing_tones_are_not_exchanged() {
     });
     hold(rows.into());
 }
+
+/// A car that brakes before a 24 GHz radar, wherever in a block it begins to: the block that it begins in is answered within its sigma, too.
+#[test]
+fn a_car_that_begins_to_brake_is_within_its_sigma() {
+    let mut rows = Vec::new();
+    for part in 0..12 {
+        for slowing in [2.0, 5.0, 9.0] {
+            let at_s = (30.0 + f64::from(part) / 12.0) * 1024.0 / 20e3;
+            let scene = Scene::from_json(&format!(
+                r#"{{"rate_hz": 20000, "seconds": 2.1, "waveform": {{"carrier_hz": 24.125e9}},
+                    "sources": [{{"target": {{"range_m": 90, "amplitude": 400,
+                        "velocity_mps": [[0, 20], [{at_s}, 20], [{}, {}]]}}}}],
+                    "receiver": {{"iq": true, "mixing": "rx-conj-tx", "quadrature_rad": 0.03,
+                        "noise": {{"rms": 20}}, "hum": [{{"frequency_hz": 50, "amplitude": 30}}]}}}}"#,
+                at_s + 1.0,
+                20.0 - slowing
+            ));
+            let label = format!("a car begins to brake: {slowing} m/s2, {part}/12 of a block");
+            let case = tracked(label, scene.unwrap(), 1024, 28, 12).trials(8);
+            rows.push(case.at_most(0.002, Event::Wrong(5.0)));
+        }
+    }
+    hold(rows);
+}

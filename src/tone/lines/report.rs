@@ -42,11 +42,11 @@ pub(super) fn phase_of(
 ) -> Option<ToneWithPhase> {
     let size = source.size();
     let (peak, offset) = place(size, tone)?;
-    // The frequency hardly turns the phase in the middle.
+    // The frequency hardly turns the phase in the middle. An offset, which does, is left out of the bins.
     let steps = u32::from(!options.method.is_least_squares());
     let mut places = Places::new();
     let near = Neighbourhood::read(source, peak, &mut places);
-    let fit = fit_in_floats(&near, options.reach, FitStart::From(offset, steps))?;
+    let fit = fit_in_floats(&near, options.reach, FitStart::Further(offset, steps))?;
     let noise = noise_power(size, tone) * (1.0 + 2.0 / ring::dof(size.n, size.iq));
     let [phase, sigma_phase] = phase(size.iq, &fit, peak, size.n, options.reach, noise);
     Some(ToneWithPhase { tone: *tone, phase, sigma_phase })
