@@ -3,6 +3,7 @@
 
 use crate::signal::*;
 use fixed::types::I32F32;
+use host_tests::echoes;
 use picket_dsp::acquire::frontend::Timing;
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::solve::chirp::{Ambiguity, Mixing, Shape};
