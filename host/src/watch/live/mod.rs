@@ -307,8 +307,8 @@ mod tests {
             for words in [
                 "nucleo-f446re, live",
                 "1024 I/Q samples at 250 kHz",
-                "range  88.31365 ± 0.00067 m",
-                "velocity  13.9985 ± 0.0011 m/s",
+                "range  88.31275 ± 0.00065 m",
+                "velocity  13.9994 ± 0.0011 m/s",
                 "√ good",
                 "records 30   missing 0   bad frames 0   lost 0   faults 0   load 31.0 %",
                 "q quits",
