@@ -213,9 +213,9 @@ mod tests {
     use picket_dsp::acquire::sample::{Iq, Real};
     use picket_dsp::tone::fit::Reach;
 
-    fn answers<R: Kind>(arithmetic: Arithmetic) -> Vec<Estimate> {
+    fn answers<R: Kind>(arithmetic: Arithmetic, trial: u64) -> Vec<Estimate> {
         // Seed 3: 40 dB of noise, bound 2e-4 bins.
-        let record = Signal::tone(100.3, 1500.0, 40.0).record::<R>(1024, &mut generator(3, 0));
+        let record = Signal::tone(100.3, 1500.0, 40.0).record::<R>(1024, &mut generator(3, trial));
         let best = Estimator::best(R::IQ, Reach::Sixteen).name();
         let third = if arithmetic == Arithmetic::TargetFixed { "rife" } else { "candan" };
         let methods = parse(&format!("{best},z-rife,{third}"), Reach::Sixteen).unwrap();
@@ -234,16 +234,22 @@ mod tests {
     fn every_arithmetic_finds_the_tone() {
         use Arithmetic::*;
         for arithmetic in [F64, F32, Target, TargetFixed] {
-            for answers in [answers::<Real>(arithmetic), answers::<Iq>(arithmetic)] {
-                for answer in &answers {
-                    assert!((answer.bins - 100.3).abs() < 2e-3, "{arithmetic:?} {answers:?}");
-                    assert_eq!(answer.verdict, Verdict::Good);
+            for iq in [false, true] {
+                // The ratio of one record scatters by .9 dB.
+                let (mut mean_db, mut sigmas) = (0.0, Vec::new());
+                for trial in 0..16 {
+                    let answers = with_kind!(iq, R => answers::<R>(arithmetic, trial));
+                    for answer in &answers {
+                        assert!((answer.bins - 100.3).abs() < 2e-3, "{arithmetic:?} {answers:?}");
+                        assert_eq!(answer.verdict, Verdict::Good);
+                    }
+                    mean_db += answers[0].snr_db / 16.0;
+                    sigmas.push(answers[0].sigma_bins);
                 }
-                assert!((answers[0].snr_db - 40.0).abs() < 1.0, "{arithmetic:?} {answers:?}");
-                assert!(
-                    (1e-4..3e-4).contains(&answers[0].sigma_bins),
-                    "{arithmetic:?} {answers:?}"
-                );
+                assert!((mean_db - 40.0).abs() < 1.0, "{arithmetic:?} {mean_db}");
+                // A first look that noise exceeds widens some.
+                sigmas.sort_by(f64::total_cmp);
+                assert!((1e-4..3e-4).contains(&sigmas[8]), "{arithmetic:?} {sigmas:?}");
             }
         }
     }
@@ -289,20 +295,24 @@ mod tests {
         };
         let odd = [2047, 3000, 4095, 5000, 6144, 8192, 10_000, 32_768, 40_000, 65_536, 100_000];
         for (iq, arithmetic) in [(false, Arithmetic::F64), (true, Arithmetic::F32)] {
-            let (mut count, mut sum) = (0, 0.0);
+            let (mut count, mut sum, mut refused) = (0, 0.0, 0);
             for n in (SHORTEST..1100).chain(odd) {
                 let (found, deviations) = of(n, iq, arithmetic);
                 // Shorter records have too few bins for a verdict.
                 if n < 64 {
                     continue;
                 }
-                assert_eq!(found.verdict, Verdict::Clipped, "{n} {iq}: {found:?}");
+                // One record in a thousand is refused: by chance it looks like two lines.
+                refused += i32::from(found.verdict == Verdict::Unresolved);
+                let clips = matches!(found.verdict, Verdict::Clipped | Verdict::Unresolved);
+                assert!(clips, "{n} {iq}: {found:?}");
                 assert!(deviations.abs() < 5.0, "{n} {iq}: {deviations} sigma, {found:?}");
                 count += 1;
                 sum += deviations * deviations;
             }
             let rms = (sum / f64::from(count)).sqrt();
-            println!("{rms}");
+            println!("I/Q {iq}: rms {rms}, {refused} of {count} refused");
+            assert!(refused <= 5, "I/Q {iq}: {refused} of {count} refused");
             assert!((0.6..1.1).contains(&rms), "I/Q {iq}: rms of error over sigma {rms}");
         }
     }
