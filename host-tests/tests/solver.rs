@@ -1,13 +1,13 @@
 //! The chirp solver: exact on the paper's rows, equal to weighted least squares, honest sigmas.
 
 use picket_dsp::acquire::sample::Real;
-use picket_dsp::config::{Config, SPEED_OF_LIGHT, Scene};
+use picket_dsp::config::{Config, Scene};
 use picket_dsp::solve::chirp::{self, Ambiguity, Mixing, Scale, Shape};
 use picket_dsp::solve::equations::{Chirp, Equations};
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::{Tone, Verdict};
 use picket_host::scenario::{self, Row};
-use picket_simulator::scene::{self, Receiver, Source, Target, Waveform};
+use picket_simulator::scene::{Receiver, Source, Target, Waveform};
 use proptest::prelude::*;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -31,23 +31,8 @@ fn equations() -> Equations {
 /// middle.
 fn beats(chirp: &Chirp, rate_hz: f64, row: &Row) -> Vec<f64> {
     let segments = chirp.shape.segments().len();
-    let waveform = Waveform {
-        shape: match chirp.shape {
-            Shape::Trapezoid => scene::Shape::Trapezoid,
-            Shape::Triangle => scene::Shape::Triangle,
-            Shape::Sawtooth => scene::Shape::Sawtooth,
-        },
-        carrier_hz: SPEED_OF_LIGHT / chirp.wavelength_m,
-        bandwidth_hz: chirp.bandwidth_hz,
-        ramp_s: chirp.duration_s,
-        guard_s: Some(chirp.guard_s),
-        samples: N,
-        ..Waveform::default()
-    };
-    let mixing = match chirp.mixing {
-        Mixing::TxConjRx => scene::Mixing::TxConjRx,
-        Mixing::RxConjTx => scene::Mixing::RxConjTx,
-    };
+    let waveform = Waveform::from_chirp(chirp, N, 0.0);
+    let mixing = chirp.mixing.into();
     let mut scene = picket_simulator::Scene {
         rate_hz,
         seconds: 4.0 * chirp.duration_s,

@@ -4,8 +4,8 @@ use crate::tables::table;
 use crate::terms::{self, SceneTerms};
 use crate::wrong;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
+use picket_dsp::Scene;
 use picket_dsp::config::SPEED_OF_LIGHT;
-use picket_dsp::{Mixing, Scene, Shape};
 use picket_simulator::scene::{self, Converter, Noise, Receiver, Source, Waveform};
 use picket_simulator::{Run, Value};
 use pyo3::prelude::*;
@@ -80,24 +80,7 @@ pub fn whole<'py>(
 /// What a sensor of the library sends, and the cosine of the angle at which its targets move.
 fn waveform(scene: &Scene, n: usize, period_s: f64) -> Option<(Waveform, f64)> {
     Some(match *scene {
-        Scene::Chirp(chirp) => {
-            let waveform = Waveform {
-                shape: match chirp.shape {
-                    Shape::Trapezoid => scene::Shape::Trapezoid,
-                    Shape::Triangle => scene::Shape::Triangle,
-                    Shape::Sawtooth => scene::Shape::Sawtooth,
-                },
-                carrier_hz: SPEED_OF_LIGHT / chirp.wavelength_m,
-                bandwidth_hz: chirp.bandwidth_hz,
-                ramp_s: chirp.duration_s,
-                period_s,
-                curvature: chirp.sweep_curvature,
-                guard_s: Some(chirp.guard_s),
-                samples: n,
-                ..Waveform::default()
-            };
-            (waveform, 1.0)
-        }
+        Scene::Chirp(chirp) => (Waveform::from_chirp(&chirp, n, period_s), 1.0),
         Scene::Doppler { wavelength_m, angle_rad, .. } => {
             let carrier_hz = SPEED_OF_LIGHT / wavelength_m;
             (Waveform { carrier_hz, ..Waveform::default() }, angle_rad.cos())
@@ -126,10 +109,7 @@ pub fn simulate<'py>(
     period_s: f64,
 ) -> PyResult<Simulated<'py>> {
     terms::codes(low, high).map_err(wrong)?;
-    let mixing = match terms::mixing(scene.8).map_err(wrong)? {
-        Mixing::TxConjRx => scene::Mixing::TxConjRx,
-        Mixing::RxConjTx => scene::Mixing::RxConjTx,
-    };
+    let mixing = terms::mixing(scene.8).map_err(wrong)?.into();
     let sensor = terms::scene(&scene).map_err(wrong)?;
     let (waveform, along) =
         waveform(&sensor, n, period_s).ok_or_else(|| wrong("give a scene: Doppler or Chirp"))?;

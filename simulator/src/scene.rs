@@ -12,6 +12,8 @@
 //! ```
 
 use crate::value::Value;
+use picket_dsp::Chirp;
+use picket_dsp::config::SPEED_OF_LIGHT;
 use serde::{Deserialize, Serialize};
 
 /// A scene.
@@ -75,6 +77,27 @@ impl Default for Waveform {
             segments: Vec::new(),
             guard_s: None,
             samples: 0,
+        }
+    }
+}
+
+impl Waveform {
+    /// The ramps of a chirp, with records of so many samples, from one chirp to the next in `period_s`.
+    pub fn from_chirp(chirp: &Chirp, samples: usize, period_s: f64) -> Self {
+        Waveform {
+            shape: match chirp.shape {
+                picket_dsp::Shape::Trapezoid => Shape::Trapezoid,
+                picket_dsp::Shape::Triangle => Shape::Triangle,
+                picket_dsp::Shape::Sawtooth => Shape::Sawtooth,
+            },
+            carrier_hz: SPEED_OF_LIGHT / chirp.wavelength_m,
+            bandwidth_hz: chirp.bandwidth_hz,
+            ramp_s: chirp.duration_s,
+            period_s,
+            curvature: chirp.sweep_curvature,
+            guard_s: Some(chirp.guard_s),
+            samples,
+            ..Waveform::default()
         }
     }
 }
@@ -544,6 +567,15 @@ pub enum Mixing {
     TxConjRx,
     /// The transmitter's: an approaching target is at positive frequencies of a continuous wave.
     RxConjTx,
+}
+
+impl From<picket_dsp::Mixing> for Mixing {
+    fn from(mixing: picket_dsp::Mixing) -> Self {
+        match mixing {
+            picket_dsp::Mixing::TxConjRx => Mixing::TxConjRx,
+            picket_dsp::Mixing::RxConjTx => Mixing::RxConjTx,
+        }
+    }
 }
 
 /// Noise, the same in both parts.

@@ -5,8 +5,11 @@ use std::f64::consts::{PI, TAU};
 /// A line: its frequency in bins, its amplitude in codes, its phase at the first sample in radians.
 #[derive(Clone, Copy, Debug)]
 pub struct Line {
+    /// Cycles in the record.
     pub bins: f64,
+    /// Codes.
     pub amplitude: f64,
+    /// Radians.
     pub phase: f64,
 }
 

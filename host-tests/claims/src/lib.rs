@@ -5,7 +5,7 @@
 //! million. The seed of a case follows from its label, so that no two have the same noise; `PICKET_SEED=7` gives others, `PICKET_LONG=1` ten
 //! times as many trials, `PICKET_CLAIM=text` only the cases whose label has this text.
 
-mod bound;
+pub mod bound;
 mod case;
 pub mod figures;
 pub mod limit;

@@ -1,6 +1,8 @@
 //! Records of tones in noise as a converter delivers them, and how to measure errors on many of them.
 #![allow(dead_code)]
 
+use picket_claims::bound;
+pub use picket_claims::bound::Line;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::{Iq, Real, Record, Stamp};
 use picket_dsp::config::Config;
@@ -18,14 +20,6 @@ pub fn rng(seed: u64, trial: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(trial);
     rng
-}
-
-/// A tone: frequency in bins, amplitude in codes, phase in radians.
-#[derive(Clone, Copy, Debug)]
-pub struct Line {
-    pub bins: f64,
-    pub amplitude: f64,
-    pub phase: f64,
 }
 
 pub fn db(x: f64) -> f64 {
@@ -69,77 +63,9 @@ pub fn trials<T: Send>(
     (0..count).into_par_iter().map(|index| trial(&mut rng(seed, index))).collect()
 }
 
-/// The root mean square of errors divided by their own bounds, its standard error, and the share left
-/// out as outliers.
-#[derive(Clone, Copy, Debug)]
-pub struct Ratio {
-    pub rms: f64,
-    pub error: f64,
-    pub outliers: f64,
-}
-
-/// `errors`: (error in bins, bound in bins).
-pub fn ratio(errors: &[(f64, f64)]) -> Ratio {
-    let kept: Vec<f64> =
-        errors.iter().filter(|e| e.0.abs() <= 1.5).map(|e| (e.0 / e.1).powi(2)).collect();
-    let n = kept.len() as f64;
-    let mean = kept.iter().sum::<f64>() / n;
-    let variance = kept.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / n;
-    Ratio {
-        rms: mean.sqrt(),
-        error: (variance / n).sqrt() / (2.0 * mean.sqrt()),
-        outliers: 1.0 - n / errors.len() as f64,
-    }
-}
-
-/// The exact Cramer-Rao bound of a real tone's frequency in bins, amplitude, phase and DC unknown
-/// (bin 0 is not read): near DC and Nyquist it depends on the phase.
-pub fn bound_real(n: usize, line: Line, sigma: f64) -> f64 {
-    bounds_real(n, &[line], sigma)[0]
-}
-
-/// The same for several tones, all unknown together.
-pub fn bounds_real(n: usize, lines: &[Line], sigma: f64) -> Vec<f64> {
-    // Parameters: every frequency, then every A cos, A sin, then DC.
-    let count = 3 * lines.len() + 1;
-    let mut g = vec![vec![0.0f64; count]; count];
-    let mut row = vec![1.0; count];
-    for i in 0..n {
-        let t = TAU * i as f64 / n as f64;
-        for (j, line) in lines.iter().enumerate() {
-            let (sin, cos) = (t * line.bins).sin_cos();
-            let (s, c) = line.phase.sin_cos();
-            row[j] = -line.amplitude * t * (sin * c + cos * s);
-            row[lines.len() + 2 * j] = cos;
-            row[lines.len() + 2 * j + 1] = sin;
-        }
-        for (line, a) in g.iter_mut().zip(&row) {
-            line.iter_mut().zip(&row).for_each(|(cell, b)| *cell += a * b);
-        }
-    }
-    // The inverse by Gauss and Jordan, in place; the matrix is positive definite.
-    for p in 0..count {
-        let pivot = std::mem::replace(&mut g[p][p], 1.0);
-        g[p].iter_mut().for_each(|x| *x /= pivot);
-        let row = g[p].clone();
-        for a in (0..count).filter(|&a| a != p) {
-            let factor = std::mem::replace(&mut g[a][p], 0.0);
-            g[a].iter_mut().zip(&row).for_each(|(cell, x)| *cell -= factor * x);
-        }
-    }
-    (0..lines.len()).map(|j| sigma * g[j][j].sqrt()).collect()
-}
-
-/// The exact bound of a complex tone's frequency in bins; `sigma` of each part.
-pub fn bound_iq(n: usize, amplitude: f64, sigma: f64) -> f64 {
-    let n2 = (n * n) as f64;
-    // Noise power 2 sigma^2 over both parts.
-    (6.0 / (TAU * TAU) * n2 / (n as f64 * (n2 - 1.0)) * 2.0).sqrt() * sigma / amplitude
-}
-
 /// What the two kinds of record need from a test.
 pub trait Kind: Record {
-    /// The exact bound, see [`bound_real`] and [`bound_iq`].
+    /// The exact bound of a tone's frequency in bins.
     fn bound(n: usize, line: Line, sigma: f64) -> f64;
     /// Samples of `lines` in noise of `sigma` in each part.
     fn record<const N: usize>(
@@ -153,13 +79,13 @@ pub trait Kind: Record {
 
 impl Kind for Real {
     fn bound(n: usize, line: Line, sigma: f64) -> f64 {
-        bound_real(n, line, sigma)
+        bound::real(n, &[line], sigma)[0]
     }
 }
 
 impl Kind for Iq {
     fn bound(n: usize, line: Line, sigma: f64) -> f64 {
-        bound_iq(n, line.amplitude, sigma)
+        bound::iq(n, line.amplitude, sigma)
     }
 }
 

@@ -13,7 +13,7 @@ use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::Record;
 use picket_dsp::config::{self, Config, SPEED_OF_LIGHT};
 use picket_dsp::{Chirp, Mixing, Shape};
-use picket_simulator::scene::{self, Source, Target, Waveform};
+use picket_simulator::scene::{Source, Target, Waveform};
 use picket_simulator::{Run, Scene, Truth, Value};
 use std::f64::consts::TAU;
 
@@ -144,7 +144,7 @@ pub fn sensor<R: Record>(config: &Config, n: usize, period_s: f64, laps: usize) 
     let (mixing, waveform, lap_s) = match config.scene {
         config::Scene::Chirp(chirp) => {
             let ramps_s = chirp.shape.segments().len() as f64 * chirp.duration_s;
-            (chirp.mixing, chirp_wave(&chirp, n, period_s), ramps_s.max(period_s))
+            (chirp.mixing, Waveform::from_chirp(&chirp, n, period_s), ramps_s.max(period_s))
         }
         config::Scene::Doppler { wavelength_m, mixing, .. } => {
             let carrier_hz = SPEED_OF_LIGHT / wavelength_m;
@@ -155,30 +155,9 @@ pub fn sensor<R: Record>(config: &Config, n: usize, period_s: f64, laps: usize) 
     sensor.waveform = Some(waveform);
     sensor.seconds = laps as f64 * lap_s;
     sensor.receiver.iq = R::IQ;
-    sensor.receiver.mixing = match mixing {
-        Mixing::TxConjRx => scene::Mixing::TxConjRx,
-        Mixing::RxConjTx => scene::Mixing::RxConjTx,
-    };
+    sensor.receiver.mixing = mixing.into();
     sensor.converter.unsigned = config.codes.rails().0 == 0;
     sensor
-}
-
-fn chirp_wave(chirp: &Chirp, samples: usize, period_s: f64) -> Waveform {
-    Waveform {
-        shape: match chirp.shape {
-            Shape::Trapezoid => scene::Shape::Trapezoid,
-            Shape::Triangle => scene::Shape::Triangle,
-            Shape::Sawtooth => scene::Shape::Sawtooth,
-        },
-        carrier_hz: SPEED_OF_LIGHT / chirp.wavelength_m,
-        bandwidth_hz: chirp.bandwidth_hz,
-        ramp_s: chirp.duration_s,
-        period_s,
-        curvature: chirp.sweep_curvature,
-        guard_s: Some(chirp.guard_s),
-        samples,
-        ..Waveform::default()
-    }
 }
 
 /// A target with an echo of this amplitude, codes.
