@@ -35,7 +35,7 @@ fn main() -> io::Result<()> {
     }
     // Only images link. Someone else's board that uses the instrument's loop brings its own memory
     // and scripts.
-    if has("MPS2") {
+    if has("CORES") {
         let armv8m = variable("TARGET").starts_with("thumbv8m");
         // The core that the flags name last, as the compiler takes them.
         let flags = variable("CARGO_ENCODED_RUSTFLAGS");
@@ -64,7 +64,7 @@ fn main() -> io::Result<()> {
         // Before the scripts of all images, so that it takes its sections first.
         println!("cargo:rustc-link-arg-bins=-T{}/pico.x", variable("CARGO_MANIFEST_DIR"));
     }
-    if has("MPS2") || has("NUCLEO") || has("PICO") {
+    if has("CORES") || has("NUCLEO") || has("PICO") {
         let out = PathBuf::from(variable("OUT_DIR"));
         let memory = Path::new(&variable("CARGO_MANIFEST_DIR")).join("../memory.x");
         fs::copy(memory, out.join("memory.x"))?;

@@ -94,12 +94,11 @@
 //!
 //! # Features
 //!
-//! For one [`Arithmetic`] no feature changes an answer: every build has every verdict and every sigma. On a microcontroller, a program
-//! with `one-arithmetic`, and one without `methods` for a core without an FPU, has its core's arithmetic alone, whatever
-//! [`Config::arithmetic`] says.
+//! For one [`Arithmetic`] no feature changes an answer: every build has every verdict and every sigma.
 //!
-//! - `methods`, on by default, adds the papers' methods and others beside least squares.
-//! - `one-arithmetic` leaves out the arithmetic of other cores: see [`Arithmetic::available`].
+//! - `methods` adds the papers' methods and others beside least squares.
+//! - `both-arithmetics` is for a microcontroller's program that chooses its arithmetic at run time. Without it the program has its core's
+//!   alone, whatever [`Config::arithmetic`] says; on a desk every program has both.
 //! - `joint-fit` adds the effort `Effort::Full`: a joint fit of a tone and of what else is there.
 //! - `microfft` adds the engine `F32`: a transform in floats, by the crate of this name.
 //! - `portable-atomic` is for cores that cannot swap a word atomically, as riscv32imc.

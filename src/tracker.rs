@@ -4,7 +4,7 @@
 //! measured where it is expected ([`Lock`]), and only one in `refresh` is searched whole. The held tracks of a
 //! chirp's segments are then combined to targets: each rising beat takes the flat and the falling beat that contradict it least.
 
-use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
+use crate::acquire::sample::{Data, Record, Segment, Stamp, Statistics};
 use crate::list::first;
 use crate::math::scalar::Scalar as _;
 use crate::pipeline::{Measurement, Pipeline};
@@ -15,6 +15,7 @@ use crate::solve::equations::Equations;
 use crate::solve::hypotheses::{Line, solve};
 use crate::solve::track::Track;
 use crate::solve::tracks::{Sight, Tracks};
+use crate::spectrum::layout::Layout;
 use crate::spectrum::peak::{self, Band};
 use crate::tone::detection::{HOLD, Threshold};
 use crate::tone::lines::MOST;
@@ -81,18 +82,18 @@ impl<R: Record, const N: usize> Tracker<R, N> {
             return measurement;
         }
         let measurement = self.searched(stamp, samples);
-        let segment = place(stamp.segment);
+        let (segment, layout) = (place(stamp.segment), Layout::of::<R, N>());
         let tracking = &self.pipeline.plan().tracking;
         let follow = tracking.refresh > 1 && tracking.most == 1;
         if let (Some(tracks), Some(lock)) = (self.tracks.get(segment), self.locks.get_mut(segment))
         {
             let tone = tracks.only().filter(|_| follow);
             let renewed = match (lock.as_mut(), tone) {
-                (Some(lock), Some(tone)) => lock.renew::<R>(tone, N),
+                (Some(lock), Some(tone)) => lock.renew(tone, layout),
                 _ => false,
             };
             if !renewed {
-                *lock = tone.and_then(|tone| Lock::on::<R>(tone, N));
+                *lock = tone.and_then(|tone| Lock::on(tone, layout));
             }
         }
         measurement
@@ -114,8 +115,10 @@ impl<R: Record, const N: usize> Tracker<R, N> {
             return None;
         }
         let expected = tracks.expected(stamp, plan.segments())?;
-        let clipped = Statistics::clipped::<R>(samples, plan.codes);
-        let tone = lock.measure::<R, N>(samples, expected, clipped)?;
+        let layout = Layout::of::<R, N>();
+        let clipped = Statistics::clipped(Data::of::<R>(samples), plan.codes);
+        let zoom = lock.aim(expected, layout)?.zoom::<R, N>(samples);
+        let tone = lock.measure(&zoom, expected, clipped, layout)?;
         let width = plan.options.width.of_block() * const { 1.0 / (N * N) as f32 };
         let sigma = (tone.sigma * tone.sigma + width).root();
         let tone = Tone { rate_hz: plan.rate_hz, sigma, ..tone };
@@ -129,7 +132,7 @@ impl<R: Record, const N: usize> Tracker<R, N> {
     fn searched(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) -> Measurement {
         let measurement = self.pipeline.block(stamp, samples);
         let pipeline = &self.pipeline;
-        let plan = pipeline.plan();
+        let (plan, measured) = (pipeline.plan(), pipeline.measured());
         let mut tones = Vec::<Tone, MOST>::new();
         if plan.tracking.most > 1 {
             let phasors = pipeline.lines(&measurement, plan.tracking.most);
@@ -139,12 +142,18 @@ impl<R: Record, const N: usize> Tracker<R, N> {
             let _ = tones.push(measurement.tone);
         }
         let find = |tone: &Tone, gate: f32| {
-            let gate = bins::<R>(tone, gate, plan.band, N);
-            let peak = peak::within(pipeline.spectrum(), plan.band, gate)?;
+            let gate = bins(measured.view.layout, tone, gate, plan.band);
+            let peak = peak::within(&measured.view, plan.band, gate)?;
             [plan.options.threshold, Threshold::new(gate.width(), HOLD)]
                 .into_iter()
                 .map(|threshold| {
-                    pipeline.measure(stamp, samples, measurement.clipped, &peak, threshold)
+                    measured.at(
+                        stamp,
+                        Data::of::<R>(samples),
+                        measurement.clipped,
+                        &peak,
+                        threshold,
+                    )
                 })
                 .zip([true, false])
                 .find(|(tone, _)| tone.verdict.usable() < Usable::No)
@@ -217,14 +226,14 @@ const fn place(segment: Segment) -> usize {
 }
 
 /// The bins within `gate` cycles per sample of a tone, cut to the band.
-fn bins<R: Record>(tone: &Tone, gate: f32, band: Band, n: usize) -> Band {
-    let n = n as i32;
-    let place = tone.frequency.bins(n as usize) as f32;
+fn bins(layout: &Layout, tone: &Tone, gate: f32, band: Band) -> Band {
+    let n = layout.n as i32;
+    let place = tone.frequency.bins(layout.n) as f32;
     let half = gate * n as f32;
     // The casts saturate, and a gate is only some bins wide.
     let (low, high) = (libm::floorf(place - half) as i32, libm::ceilf(place + half) as i32);
     // An I/Q band may count negative frequencies from 0 down or from N down.
-    let turn = if R::IQ && high < band.low { n } else { 0 };
+    let turn = if layout.iq && high < band.low { n } else { 0 };
     Band {
         low: low.saturating_add(turn).max(band.low),
         high: high.saturating_add(turn).min(band.high),

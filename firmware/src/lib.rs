@@ -28,7 +28,7 @@ pub mod board;
 #[cfg(all(target_os = "none", feature = "instrument"))]
 pub mod fence;
 pub mod instrument;
-#[cfg(all(target_os = "none", feature = "mps2"))]
+#[cfg(all(target_os = "none", feature = "cores"))]
 pub mod mps2;
 pub mod nucleo_f446re;
 pub mod pico;

@@ -49,11 +49,11 @@ fn error_over_stated<R: Kind, E: Engine, const N: usize>() -> f64 {
         let (bins, mut exact) = record::<R>(N, 98.0, &mut generator(SEED, trial));
         let samples: [R::Sample; N] = codes::<R>(&exact).try_into().unwrap();
         spectrum.transform(&samples, CODES);
-        let peak = peak::find(&spectrum, band).unwrap().bin;
+        let peak = peak::find(&spectrum.view(), band).unwrap().bin;
         let ours = {
             let mut places = Places::new();
-            let near = Neighbourhood::read(&*spectrum, peak, &mut places);
-            fit::fit_near::<R, N>(&near, Arithmetic::Float, Reach::Sixteen, FitStart::Usual)
+            let near = Neighbourhood::read(&spectrum.view(), peak, &mut places);
+            fit::fit_near::<R>()(&near, Arithmetic::Float, Reach::Sixteen, FitStart::Usual)
                 .unwrap()
                 .offset
         };
@@ -64,7 +64,7 @@ fn error_over_stated<R: Kind, E: Engine, const N: usize>() -> f64 {
         (f64::from(ours) - fit.offset).powi(2)
     });
     let rms = (squares.sum::<f64>() / records() as f64).sqrt();
-    let ratio = rms / f64::from(E::error(N, R::IQ));
+    let ratio = rms / f64::from(spectrum.view().error());
     println!("{}, N = {N}: {rms:.2e} bin, {ratio:.2} of what is stated", R::NAME);
     ratio
 }

@@ -1,7 +1,7 @@
 //! Every method of the registry on exact tones, on nothing, and on the wrong kind of record.
 
 use picket_dsp::acquire::codes::Codes;
-use picket_dsp::acquire::sample::{Iq, Real, Record};
+use picket_dsp::acquire::sample::{Data, Iq, Real, Record};
 use picket_dsp::math::scalar::Scalar;
 use picket_dsp::methods::registry::{Method, Needs, Unfit};
 use picket_dsp::methods::samples::Samples;
@@ -92,7 +92,8 @@ fn silence_and_rails_give_a_finite_offset() {
         spectrum.transform(samples, codes);
         for &method in Method::ALL.iter().filter(|method| method.fits::<R>()) {
             for peak in [0, 1, 5, 31, 32, 63] {
-                let offset = method.offset_target(&spectrum, samples, peak).unwrap();
+                let offset =
+                    method.offset_target(&spectrum.view(), Data::of::<R>(samples), peak).unwrap();
                 assert!(offset.abs() <= 2, "{method} at {peak}: {offset}");
             }
         }

@@ -6,17 +6,16 @@ use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::{Iq, Real, Record, Stamp};
 use picket_dsp::config::Config;
 use picket_dsp::pipeline::Pipeline;
-use picket_dsp::spectrum::engine::{Engine, I32};
-use picket_dsp::spectrum::scan::Scan;
+use picket_dsp::spectrum::engine::Engine;
+use picket_dsp::spectrum::view::Points;
 use picket_dsp::tone::Verdict;
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
 use std::cell::RefCell;
-use std::ops::RangeInclusive;
 
 thread_local! {
-    static BINS: RefCell<Vec<[i32; 2]>> = const { RefCell::new(Vec::new()) };
+    static BINS: RefCell<Vec<[f32; 2]>> = const { RefCell::new(Vec::new()) };
 }
 
 /// An engine whose bins are those that were drawn last, whatever the samples.
@@ -24,31 +23,21 @@ thread_local! {
 struct Drawn;
 
 impl Engine for Drawn {
-    type Part = i32;
+    type Part = f32;
     const CENTRED: bool = false;
-
-    fn error(n: usize, iq: bool) -> f32 {
-        I32::error(n, iq)
-    }
 
     fn transform<R: Record, const N: usize>(
         _pairs: &[[i16; 2]],
         _codes: Codes,
-        points: &mut [[i32; 2]],
+        points: &mut [[f32; 2]],
     ) -> i32 {
         BINS.with_borrow(|bins| points.copy_from_slice(bins));
         -8
     }
 
-    fn bin<R: Record, const N: usize>(points: &[[i32; 2]], k: usize) -> [i32; 2] {
-        points.get(k).copied().unwrap_or_default()
-    }
-
-    fn search<R: Record, const N: usize>(
-        _points: &[[i32; 2]],
-        _bins: RangeInclusive<usize>,
-    ) -> Option<Scan> {
-        None
+    // The points in floats of a real record are its bins.
+    fn points(points: &[[f32; 2]]) -> Points<'_> {
+        Points::Float(points)
     }
 }
 
@@ -110,7 +99,7 @@ fn alarms<R: Record, const N: usize>(shape: Shape, band_hz: Option<(f64, f64)>) 
                 BINS.with_borrow_mut(|bins| {
                     bins.clear();
                     bins.extend(sizes.iter().map(|size| {
-                        [0; 2].map(|_| (size * rng.sample::<f32, _>(StandardNormal)) as i32)
+                        [0; 2].map(|_| (size * rng.sample::<f32, _>(StandardNormal)).trunc())
                     }));
                 });
                 pipeline.block(&Stamp::default(), &samples).tone.verdict == Verdict::Good

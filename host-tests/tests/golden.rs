@@ -10,7 +10,7 @@
 
 use crate::vectors::{Case, golden};
 use picket_dsp::acquire::codes::Codes;
-use picket_dsp::acquire::sample::{Iq, Real, Record};
+use picket_dsp::acquire::sample::{Data, Iq, Real, Record};
 use picket_dsp::math::scalar::Scalar;
 use picket_dsp::methods::autocorrelation::best_lag;
 use picket_dsp::methods::registry::Method;
@@ -124,14 +124,14 @@ fn check<R: Record, const N: usize>(
     let mut integer = Spectrum::<R, N>::new();
     integer.transform(samples, Codes::signed::<12>());
     let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
-    assert_eq!(peak::find(&integer, band).unwrap().bin, case.km, "{}: peak", case.id);
+    assert_eq!(peak::find(&integer.view(), band).unwrap().bin, case.km, "{}: peak", case.id);
     if let Some(db) = case.snr13_db {
         let ratio = snr::parseval(N, case.km, |k| exact[k as usize].norm_sqr());
         assert!((10.0 * ratio.log10() - db).abs() < 1e-6, "{}: Parseval's ratio", case.id);
     }
     let noise = noise(case);
     let [bound, target_bound] =
-        [noise, noise.max(1e-6)].map(|noise| f64::from(bound_bins::<R>(N, (1.0 / noise) as f32)));
+        [noise, noise.max(1e-6)].map(|noise| f64::from(bound_bins(R::IQ, N, (1.0 / noise) as f32)));
     for &(theirs, name) in NAMES {
         let Some(&Some(expected)) = case.expect_bins.get(theirs) else {
             continue;
@@ -142,7 +142,8 @@ fn check<R: Record, const N: usize>(
         let double = error(float::<f64, R>(method, &exact, samples, case.km));
         table.double = table.double.max(double.abs());
         table.single.push(error(float::<f32, R>(method, &exact, samples, case.km)) / bound);
-        let target = method.offset_target(&integer, samples, case.km).unwrap();
+        let target =
+            method.offset_target(&integer.view(), Data::of::<R>(samples), case.km).unwrap();
         table.target.push(error(target.to_num()) / target_bound);
     }
     for &(theirs, name) in REFERENCES {
@@ -227,8 +228,7 @@ fn every_estimator_by_the_analyser() {
             );
             let error = wrap(answer.bins.unwrap() - case.expect_bins[*theirs].unwrap(), case.n);
             let snr = (1.0 / noise(case)) as f32;
-            let bound =
-                if iq { bound_bins::<Iq>(case.n, snr) } else { bound_bins::<Real>(case.n, snr) };
+            let bound = bound_bins(iq, case.n, snr);
             let allowed = match *name {
                 "kay" | "fitz" | "ml" => 1e-6,
                 "least-squares" | "least-squares-real" => 0.05 * f64::from(bound),

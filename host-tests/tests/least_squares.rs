@@ -164,7 +164,7 @@ fn golden_case<R: Kind>(case: &Case, name: &str) {
 fn target_offset<R: Kind, const N: usize>(case: &Case) -> f64 {
     let mut spectrum = Spectrum::<R, N>::new();
     spectrum.transform(&case.samples::<R, N>(), CODES);
-    fit::<f32, R>(&Bins::from_spectrum(&spectrum, case.km), Reach::Sixteen, FitStart::Usual)
+    fit::<f32, R>(&Bins::from_view(&spectrum.view(), case.km), Reach::Sixteen, FitStart::Usual)
         .unwrap()
         .offset
         .into()
@@ -183,15 +183,15 @@ fn fixed_against_float<R: Kind, const N: usize>(reach: Reach, snr_db: f64) {
         let mut spectrum = Spectrum::<R, N>::new();
         spectrum.transform(&samples, CODES);
         let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
-        let peak = peak::find(&spectrum, band).unwrap().bin;
+        let peak = peak::find(&spectrum.view(), band).unwrap().bin;
         let mut places = Places::new();
-        let near = Neighbourhood::read(&spectrum, peak, &mut places);
+        let near = Neighbourhood::read(&spectrum.view(), peak, &mut places);
         let [float, fixed] = [Arithmetic::Float, Arithmetic::Fixed]
-            .map(|arithmetic| fit_near::<R, N>(&near, arithmetic, reach, FitStart::Usual).unwrap());
+            .map(|arithmetic| fit_near::<R>()(&near, arithmetic, reach, FitStart::Usual).unwrap());
         let bound = R::bound(N, line, sigma.hypot((1.0f64 / 12.0).sqrt()));
         let noise = [
-            ring::beside::<R, N>(&near, &float, Arithmetic::Float).noise.power,
-            ring::beside::<R, N>(&near, &fixed, Arithmetic::Fixed).noise.power,
+            ring::beside(&near, &float, Arithmetic::Float).noise.power,
+            ring::beside(&near, &fixed, Arithmetic::Fixed).noise.power,
         ];
         let away = |a: f32, b: f32| f64::from(a / b - 1.0).abs();
         (
@@ -242,9 +242,12 @@ fn offset_squared<R: Kind, const N: usize>(seed: u64, records: u64) -> f64 {
         let mut rng = rng(seed, record);
         let line = Line { bins, amplitude, phase: rng.random_range(0.0..TAU) };
         spectrum.transform(&R::record::<N>(&mut rng, &[line], sigma), CODES);
-        let peak = peak::find(&spectrum, band).unwrap().bin;
-        let fit =
-            fit::<f32, R>(&Bins::from_spectrum(&spectrum, peak), Reach::Sixteen, FitStart::Usual);
+        let peak = peak::find(&spectrum.view(), band).unwrap().bin;
+        let fit = fit::<f32, R>(
+            &Bins::from_view(&spectrum.view(), peak),
+            Reach::Sixteen,
+            FitStart::Usual,
+        );
         let error = f64::from(peak) + f64::from(fit.unwrap().offset) - bins;
         let error = if R::IQ { error - (error / N as f64).round() * N as f64 } else { error };
         error / bound

@@ -3,7 +3,7 @@
 //! RMSE is over the trials whose error is at most 1.5 bins; the others, outliers, may be one in a thousand.
 
 use picket_dsp::acquire::codes::Codes;
-use picket_dsp::acquire::sample::{Iq, Real, Record};
+use picket_dsp::acquire::sample::{Data, Iq, Real, Record};
 use picket_dsp::math::scalar::Scalar;
 use picket_dsp::methods::registry::Method;
 use picket_dsp::spectrum::Spectrum;
@@ -139,11 +139,12 @@ fn target<R: Record>(
     let mut spectrum = Spectrum::<R, N>::new();
     spectrum.transform(&samples, Codes::signed::<12>());
     let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
-    let peak = peak::find(&spectrum, band).unwrap().bin;
+    let peak = peak::find(&spectrum.view(), band).unwrap().bin;
     methods
         .iter()
         .map(|method| {
-            let offset = method.offset_target(&spectrum, &samples, peak).unwrap();
+            let offset =
+                method.offset_target(&spectrum.view(), Data::of::<R>(&samples), peak).unwrap();
             f64::from(peak) + offset.to_num::<f64>()
         })
         .collect()
@@ -196,7 +197,7 @@ fn table_2_of_the_lidar_paper() {
 }
 
 fn bound(db: f64) -> f64 {
-    f64::from(bound_bins::<Iq>(N, 10f64.powf(db / 10.0) as f32))
+    f64::from(bound_bins(true, N, 10f64.powf(db / 10.0) as f32))
 }
 
 /// A frequency anywhere about bin 100, so that every offset is as likely.

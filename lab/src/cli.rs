@@ -1,6 +1,6 @@
 //! The command line of `lab`.
 
-use crate::{bench, docs, firmware, report, soak, sweep};
+use crate::{bench, bits, docs, firmware, report, soak, sweep};
 use clap::{Parser, Subcommand};
 pub use picket_measure::cli::*;
 use std::process::ExitCode;
@@ -19,6 +19,7 @@ enum Command {
     Sweep(sweep::command::Options),
     Report(report::command::Options),
     Bench(bench::command::Options),
+    Bits(bits::Options),
     Docs(docs::Options),
     Firmware(firmware::Options),
     Soak(soak::Options),
@@ -30,6 +31,7 @@ impl Command {
             Command::Sweep(options) => sweep::command::run(options)?,
             Command::Report(options) => report::command::run(options)?,
             Command::Bench(options) => bench::command::run(options)?,
+            Command::Bits(options) => bits::run(options)?,
             Command::Docs(options) => docs::run(options)?,
             Command::Firmware(options) => {
                 firmware::run(options).map_err(|error| error.to_string())?

@@ -4,6 +4,7 @@
 extern crate picket_measure;
 
 pub mod bench;
+pub mod bits;
 pub mod campaign;
 pub mod cli;
 pub mod docs;

@@ -24,16 +24,15 @@ struct Notes {
     heard: RefCell<Vec<Heard>>,
 }
 
-impl Observer for &Notes {
-    fn hear(self, test: impl FnOnce() -> Test) {
-        let test = test();
+impl Observer for Notes {
+    fn test(&self, test: Test) {
         let said = if test.fires() { "above" } else { "below" };
         let (value, limit) = (test.value.into(), test.limit.into());
         let heard = (*self.fit.borrow(), test.statistic.name(), value, limit, said.to_owned());
         self.heard.borrow_mut().push(heard);
     }
 
-    fn begin(self, step: Step) {
+    fn begin(&self, step: Step) {
         *self.fit.borrow_mut() = match step {
             Step::Usual => "usual",
             Step::Further => "more steps",
@@ -41,7 +40,7 @@ impl Observer for &Notes {
         };
     }
 
-    fn judged(self, judgement: &FitTest, taken: bool) {
+    fn judged(&self, judgement: &FitTest, taken: bool) {
         let line = match judgement.line {
             LineClass::Steady => "steady",
             LineClass::Moving => "moving",
@@ -52,7 +51,7 @@ impl Observer for &Notes {
         self.heard.borrow_mut().push(heard);
     }
 
-    fn joint(self, answer: &Answer) {
+    fn joint(&self, answer: &Answer) {
         let [nothing, weights @ ..] = &answer.weights;
         let causes = Cause::ALL.into_iter().zip(weights).zip(answer.kept);
         let causes = causes.map(|((cause, weight), kept)| (cause.name(), *weight, kept));

@@ -13,9 +13,9 @@
 //! as a mean of `a` exponential numbers does; averaged over it, `x^(M - 1/2) exp(-x)` becomes
 //! `x^(M - 1/2) a^a gamma(a + M - 1/2) / (gamma(a) (a + x)^(a + M - 1/2))`.
 
-use super::sums::Sums;
-use crate::acquire::sample::Record;
+use super::sums::{Sums, bins};
 use crate::list::remove;
+use crate::spectrum::layout::Layout;
 use crate::spectrum::peak::Band;
 use heapless::Vec;
 
@@ -55,9 +55,10 @@ pub(super) struct Place {
 
 impl Place {
     /// The place of most evidence in the band; `None` where all sums are 0 or no bin is free for the noise.
-    pub fn strongest<R: Record, const N: usize>(sums: &Sums<R, N>, band: Band) -> Option<Self> {
-        let group = if N >= 256 { GROUP } else { GROUP / 2 };
-        let bins = Sums::<R, N>::bins();
+    pub fn strongest(sums: &Sums, band: Band) -> Option<Self> {
+        let Layout { n, iq, .. } = *sums.layout;
+        let group = if n >= 256 { GROUP } else { GROUP / 2 };
+        let bins = bins(sums.layout);
         let count = (bins.high - bins.low + 1) / group;
         let mut best = Vec::<(f32, Place), CANDIDATES>::new();
         for index in 0..count {
@@ -70,7 +71,7 @@ impl Place {
             for k in first..=last {
                 // An I/Q band may count from below 0.
                 let inside = |k| (band.low..=band.high).contains(&k);
-                if !(inside(k) || R::IQ && inside(k - N as i32)) {
+                if !(inside(k) || iq && inside(k - n as i32)) {
                     continue;
                 }
                 // The line in the bin, and half a bin above, where two bins hold 81 %.
@@ -88,14 +89,14 @@ impl Place {
     }
 
     /// The place near this one where a line fits best.
-    fn refined<R: Record, const N: usize>(&self, sums: &Sums<R, N>) -> Self {
+    fn refined(&self, sums: &Sums) -> Self {
         /// Steps of an eighth of a bin: between two of them a line's power falls by at most .6 %.
         const STEPS: i32 = 6;
         let mut best = *self;
         let data = super::fit::data(sums, self);
         for step in -STEPS..=STEPS {
             let offset = self.offset + 0.125 * step as f32;
-            let evidence = super::fit::evidence(&data, sums.blocks, N, offset);
+            let evidence = super::fit::evidence(&data, sums.scale.blocks, sums.layout.n, offset);
             if evidence > best.evidence {
                 best.evidence = evidence;
                 let nearest = libm::rintf(offset);
@@ -149,17 +150,13 @@ fn keep(best: &mut Vec<(f32, Place), CANDIDATES>, ratio: f32, place: Place) {
 }
 
 /// The mean of the sums of bins of noise beside group `index`, and the number of independent bins with this accuracy.
-fn noise<R: Record, const N: usize>(
-    sums: &Sums<R, N>,
-    index: i32,
-    count: i32,
-    group: i32,
-) -> Option<(f32, f32)> {
-    let low = Sums::<R, N>::bins().low;
+fn noise(sums: &Sums, index: i32, count: i32, group: i32) -> Option<(f32, f32)> {
+    let low = bins(sums.layout).low;
     let mut means = Vec::<f32, CELLS>::new();
-    for distance in 2..2 + side(sums.blocks) {
+    for distance in 2..2 + side(sums.scale.blocks) {
         for other in [index - distance, index + distance] {
-            let other = if R::IQ { other.checked_rem_euclid(count).unwrap_or(0) } else { other };
+            let other =
+                if sums.layout.iq { other.checked_rem_euclid(count).unwrap_or(0) } else { other };
             if !(0..count).contains(&other) {
                 continue;
             }
@@ -183,7 +180,7 @@ fn noise<R: Record, const N: usize>(
     // The quietest three quarters of many normal numbers are .42 deviations below their mean, of 8 .379, of 4 .343.
     let left_out = if all == kept { 0.0 } else { 0.42 - 0.33 / all as f32 };
     let bins = group as f32;
-    let low = left_out / libm::sqrtf(bins * sums.blocks.max(1) as f32);
+    let low = left_out / libm::sqrtf(bins * sums.scale.blocks.max(1) as f32);
     // The censored mean scatters like the mean of .82 of all bins (simulated: .77 to .9 from 1 to 400 blocks).
     Some((mean / (1.0 - low), 0.82 * bins * all as f32))
 }

@@ -2,7 +2,6 @@
 
 use super::detection::Place;
 use super::sums::{LAGS, Sums};
-use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar as _;
 use crate::math::series::sinc;
 
@@ -77,10 +76,10 @@ fn entries(mut of: impl FnMut(usize, usize) -> f32) -> Entries {
 }
 
 /// The entries around a place in units of the noise of one bin and block, less that noise.
-pub(super) fn data<R: Record, const N: usize>(sums: &Sums<R, N>, place: &Place) -> Entries {
-    let blocks = sums.blocks.max(1) as f32;
+pub(super) fn data(sums: &Sums, place: &Place) -> Entries {
+    let (n, blocks) = (sums.layout.n, sums.scale.blocks.max(1) as f32);
     let unit = blocks / place.noise;
-    let turns: [f32; LAGS + 1] = core::array::from_fn(|lag| turn(lag, N));
+    let turns: [f32; LAGS + 1] = core::array::from_fn(|lag| turn(lag, n));
     entries(|row, lag| {
         let sum = sums.product(place.bin - SIDE + row as i32, lag) as f32;
         let entry = unit * (sum / turns.get(lag).copied().unwrap_or(1.0));
@@ -114,16 +113,16 @@ pub(super) fn evidence(data: &Entries, blocks: u32, n: usize, offset: f32) -> f3
 ///
 /// which is 1.00 to 1.10 times the bound for lines of random phases. The mean of the residuals' squares over their expectation widens the
 /// variance where it exceeds 1: for a line that is broad, or moves, or has a neighbour.
-pub(super) fn fit<R: Record, const N: usize>(sums: &Sums<R, N>, place: &Place) -> Option<Fit> {
-    let blocks = sums.blocks.max(1) as f32;
+pub(super) fn fit(sums: &Sums, place: &Place) -> Option<Fit> {
+    let (n, blocks) = (sums.layout.n, sums.scale.blocks.max(1) as f32);
     let data = data(sums, place);
     let mut offset = place.offset;
     let mut fitted = None;
     for _ in 0..STEPS {
-        let g = shape(offset, N);
+        let g = shape(offset, n);
         /// Half the step of the derivative. The zero of the projection does not depend on it.
         const STEP: f32 = 1.0 / 64.0;
-        let (above, below) = (shape(offset + STEP, N), shape(offset - STEP, N));
+        let (above, below) = (shape(offset + STEP, n), shape(offset - STEP, n));
         let at = |g: &[f32; BINS], i: usize| g.get(i).copied().unwrap_or(0.0);
         let slope = |i: usize| (at(&above, i) - at(&below, i)) / (2.0 * STEP);
         let line = entries(|i, lag| at(&g, i) * at(&g, i + lag));

@@ -54,11 +54,13 @@ mod fit;
 mod moved;
 mod sums;
 
-use crate::acquire::sample::{Record, Segment};
+use crate::acquire::sample::{Cells, Record, Segment};
 use crate::pipeline::{Measurement, Pipeline};
 use crate::plan::Terms;
-use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
+use crate::spectrum::fft::integer::{self, Point};
+use crate::spectrum::layout::Layout;
+use crate::spectrum::view::View;
 use crate::tone::detection::FALSE_ALARM;
 use crate::tone::frequency::Frequency;
 use crate::tone::sigma::CLIPPED;
@@ -66,7 +68,7 @@ use crate::tone::verdict::Reasons;
 use crate::tone::{Tone, Verdict};
 use detection::Place;
 use moved::Moved;
-use sums::Sums;
+use sums::{Adder, Scale, Sums};
 
 /// The most blocks of a sum.
 pub const MOST_BLOCKS: u32 = 1 << 16;
@@ -118,9 +120,18 @@ const fn held(probability: f64) -> f64 {
 /// }
 /// # assert_eq!(sum.added(), 0);
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Accumulator<R: Record, const N: usize> {
-    sums: Sums<R, N>,
+    /// The sums, see [`Sums`].
+    near: R::Cells<i32, N>,
+    far: R::Cells<i32, N>,
+    progress: Progress,
+}
+
+/// What an accumulator adds, and how far it is. Compiled once for all kinds and lengths of records.
+#[derive(Clone, Copy, Debug)]
+struct Progress {
+    scale: Scale,
     /// The blocks of a sum.
     blocks: u32,
     /// The segment whose blocks are added, if blocks of other segments are passed over.
@@ -135,17 +146,28 @@ pub struct Accumulator<R: Record, const N: usize> {
     clipped: u32,
 }
 
+/// Without the sums themselves.
+impl<R: Record, const N: usize> core::fmt::Debug for Accumulator<R, N> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Accumulator").field("progress", &self.progress).finish_non_exhaustive()
+    }
+}
+
 impl<R: Record, const N: usize> Accumulator<R, N> {
     /// A placeholder of zeros that waits for [`Accumulator::set_plan`]: for static memory.
     pub const IDLE: Self = Self {
-        sums: Sums::new(),
-        blocks: 0,
-        segment: Segment::Continuous,
-        of_segment: false,
-        drift: 0.0,
-        false_alarm: 0.0,
-        first: 0,
-        clipped: 0,
+        near: <R::Cells<i32, N> as Cells<i32>>::ZERO,
+        far: <R::Cells<i32, N> as Cells<i32>>::ZERO,
+        progress: Progress {
+            scale: Scale::NOTHING,
+            blocks: 0,
+            segment: Segment::Continuous,
+            of_segment: false,
+            drift: 0.0,
+            false_alarm: 0.0,
+            first: 0,
+            clipped: 0,
+        },
     };
 
     /// An accumulator for sums of `blocks` blocks, held to 1..=[`MOST_BLOCKS`].
@@ -153,14 +175,14 @@ impl<R: Record, const N: usize> Accumulator<R, N> {
         let blocks = if blocks == 0 { 1 } else { blocks };
         let blocks = if blocks > MOST_BLOCKS { MOST_BLOCKS } else { blocks };
         let mut sum = Self::IDLE;
-        (sum.blocks, sum.false_alarm) = (blocks, FALSE_ALARM);
+        (sum.progress.blocks, sum.progress.false_alarm) = (blocks, FALSE_ALARM);
         sum
     }
 
     /// Adds blocks of one segment of a chirp alone, and passes the others over.
     #[must_use]
     pub const fn for_segment(mut self, segment: Segment) -> Self {
-        (self.segment, self.of_segment) = (segment, true);
+        (self.progress.segment, self.progress.of_segment) = (segment, true);
         self
     }
 
@@ -168,40 +190,42 @@ impl<R: Record, const N: usize> Accumulator<R, N> {
     /// not finite is 0. Cost: 52 products of 64 bits a bin.
     #[must_use]
     pub fn with_drift(mut self, bins_per_block: f32) -> Self {
-        self.drift = if bins_per_block.is_finite() { bins_per_block } else { 0.0 };
+        self.progress.drift = if bins_per_block.is_finite() { bins_per_block } else { 0.0 };
         self
     }
 
     /// Sets the probability for each sum that noise alone passes for a tone, held to 1e-30..=0.5; the default is 1e-6.
     #[must_use]
     pub const fn with_false_alarm(mut self, probability: f64) -> Self {
-        self.false_alarm = held(probability);
+        self.progress.false_alarm = held(probability);
         self
     }
 
     /// Begins anew with these blocks in a sum, this move of the line in bins from block to block, and this probability of a false alarm:
     /// each held to its range.
     pub fn set_plan(&mut self, blocks: u32, drift_bins: f32, false_alarm: f64) {
-        self.blocks = blocks.clamp(1, MOST_BLOCKS);
-        self.drift = if drift_bins.is_finite() { drift_bins } else { 0.0 };
-        self.false_alarm = held(false_alarm);
+        self.progress.blocks = blocks.clamp(1, MOST_BLOCKS);
+        self.progress.drift = if drift_bins.is_finite() { drift_bins } else { 0.0 };
+        self.progress.false_alarm = held(false_alarm);
         self.clear();
     }
 
     /// The blocks of a sum.
     pub const fn blocks(&self) -> u32 {
-        self.blocks
+        self.progress.blocks
     }
 
     /// The number of blocks in the sum in progress.
     pub const fn added(&self) -> u32 {
-        self.sums.blocks
+        self.progress.scale.blocks
     }
 
     /// Forgets the sum in progress.
     pub fn clear(&mut self) {
-        self.sums.clear();
-        self.clipped = 0;
+        for cells in [&mut self.near, &mut self.far] {
+            cells.points_mut().fill([0; 2]);
+        }
+        (self.progress.scale, self.progress.clipped) = (Scale::NOTHING, 0);
     }
 
     /// Adds the block that `pipeline` measured last, and returns the result if it completes a sum.
@@ -213,36 +237,56 @@ impl<R: Record, const N: usize> Accumulator<R, N> {
         measurement: &Measurement,
         pipeline: &Pipeline<R, N, E>,
     ) -> Option<Accumulated> {
-        let stamp = &measurement.stamp;
-        if self.of_segment && self.segment != stamp.segment {
-            return None;
+        let view = pipeline.spectrum().view();
+        let Self { near, far, progress } = self;
+        let complete = progress.add(measurement, &view, near.points_mut(), far.points_mut())?;
+        let result = complete.then(|| self.result(pipeline.plan()));
+        if result.is_some() {
+            self.clear();
         }
-        if self.sums.blocks == 0 {
-            self.first = stamp.sequence;
-        }
-        let share = measurement.clipped as f32 / N as f32;
-        self.clipped = self.clipped.wrapping_add(u32::from(share > CLIPPED));
-        self.take(stamp.sequence.wrapping_sub(self.first), pipeline.spectrum());
-        if self.sums.blocks < self.blocks {
-            return None;
-        }
-        let result = self.result(pipeline.plan());
-        self.clear();
-        Some(result)
-    }
-
-    /// Adds the spectrum of the block with this number, counted from the sum's first.
-    fn take<E: Engine>(&mut self, number: u32, spectrum: &Spectrum<R, N, E>) {
-        // The middle of the sum, where blocks follow each other, stays where it is.
-        let middle = 0.5 * self.blocks.wrapping_sub(1) as f32;
-        let moved = self.drift * (number as f32 - middle);
-        self.sums.add(spectrum, Moved::new(moved, N).as_ref());
+        result
     }
 
     /// The result of the blocks added so far. `terms` belong to the pipeline's plan.
     pub fn result(&self, terms: &Terms) -> Accumulated {
-        let Self { sums, false_alarm, .. } = self;
-        let blocks = sums.blocks;
+        let Self { near, far, progress } = self;
+        let (layout, scale) = (Layout::of::<R, N>(), progress.scale);
+        let sums = Sums { layout, near: near.points(), far: far.points(), scale };
+        progress.result(&sums, terms)
+    }
+}
+
+impl Progress {
+    /// Adds a block to the sums if it belongs to them, and returns whether they are complete.
+    fn add(
+        &mut self,
+        measurement: &Measurement,
+        view: &View,
+        near: &mut [Point],
+        far: &mut [Point],
+    ) -> Option<bool> {
+        let stamp = &measurement.stamp;
+        if self.of_segment && self.segment != stamp.segment {
+            return None;
+        }
+        if self.scale.blocks == 0 {
+            self.first = stamp.sequence;
+        }
+        let n = view.layout.n;
+        let share = measurement.clipped as f32 / n as f32;
+        self.clipped = self.clipped.wrapping_add(u32::from(share > CLIPPED));
+        // The middle of the sum, where blocks follow each other, stays where it is.
+        let middle = 0.5 * self.blocks.wrapping_sub(1) as f32;
+        let number = stamp.sequence.wrapping_sub(self.first);
+        let moved = Moved::new(self.drift * (number as f32 - middle), n);
+        Adder { near, far, scale: &mut self.scale }.add(view, moved.as_ref());
+        Some(self.scale.blocks >= self.blocks)
+    }
+
+    fn result(&self, sums: &Sums, terms: &Terms) -> Accumulated {
+        let Layout { n, iq, .. } = *sums.layout;
+        let false_alarm = self.false_alarm;
+        let blocks = sums.scale.blocks;
         let nothing = Tone { verdict: Verdict::NoSignal, rate_hz: terms.rate_hz, ..Tone::ZERO };
         let nothing = Accumulated { tone: nothing, ln_chance: 0.0, blocks };
         let Some(place) = Place::strongest(sums, terms.band) else {
@@ -252,17 +296,17 @@ impl<R: Record, const N: usize> Accumulator<R, N> {
             return nothing;
         };
         let ln_chance = place.ln_chance(blocks, terms.band.width());
-        let Some(frequency) = Frequency::from_bins(place.bin, fit.offset, N) else {
+        let Some(frequency) = Frequency::from_bins(place.bin, fit.offset, n) else {
             return nothing;
         };
         let mut reasons = Reasons::NONE;
-        if f64::from(ln_chance) > libm::log(*false_alarm) {
+        if f64::from(ln_chance) > libm::log(false_alarm) {
             reasons = reasons.with(Verdict::Weak);
         }
-        let bins = frequency.bins(N).abs();
+        let bins = frequency.bins(n).abs();
         // A real line has its image at both ends, an I/Q line the offset at 0 Hz.
-        let end = if R::IQ { bins } else { bins.min(N as f64 / 2.0 - bins) };
-        if end < 1.5 || !terms.band.holds(frequency, N) {
+        let end = if iq { bins } else { bins.min(n as f64 / 2.0 - bins) };
+        if end < 1.5 || !terms.band.holds(frequency, n) {
             reasons = reasons.with(Verdict::NearEdge);
         }
         if fit.wide {
@@ -272,12 +316,12 @@ impl<R: Record, const N: usize> Accumulator<R, N> {
             reasons = reasons.with(Verdict::Clipped);
         }
         // The engine's rounding moves a line equally in each block, the carrier's width differently.
-        let engine = crate::spectrum::engine::I32::error(N, R::IQ);
+        let engine = integer::error(n, iq);
         let width = terms.options.width.of_sum(blocks.max(1));
         let variance = f64::from(fit.variance + engine * engine + width);
         let line = fit.power * place.noise * sums.unit() * sums.unit();
-        let n = N as f32;
-        let (snr, amplitude) = if R::IQ {
+        let n = n as f32;
+        let (snr, amplitude) = if iq {
             (fit.power / n, libm::sqrtf(line) / n)
         } else {
             (2.0 * fit.power / n, 2.0 * libm::sqrtf(line) / n)

@@ -1,10 +1,9 @@
 //! The bins of a spectrum that is moved by a part of a bin.
 
-use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar as _;
-use crate::spectrum::Spectrum;
-use crate::spectrum::engine::Engine;
 use crate::spectrum::fft::integer::Point;
+use crate::spectrum::layout::Layout;
+use crate::spectrum::view::View;
 use core::mem::MaybeUninit;
 
 /// Bins on each side that the interpolation reads. The bins beyond hold at most 3 % of a line's power, half a bin off.
@@ -48,22 +47,19 @@ impl Moved {
     }
 
     /// Bin k of the moved spectrum, in stored units.
-    pub fn bin<R: Record, const N: usize, E: Engine>(
-        &self,
-        spectrum: &Spectrum<R, N, E>,
-        k: i32,
-    ) -> Point {
+    pub fn bin(&self, view: &View, k: i32) -> Point {
+        let Layout { n, iq, .. } = *view.layout;
         let centre = k.wrapping_add(self.whole);
         // A real record has no bins beyond the ends.
-        if !R::IQ && !(0..=N as i32 / 2).contains(&centre) {
+        if !iq && !(0..=n as i32 / 2).contains(&centre) {
             return [0; 2];
         }
         let mut places = [const { MaybeUninit::uninit() }; TAPS];
-        let bins = spectrum.fill(centre.wrapping_sub(SIDE), &mut places);
+        let bins = view.fill(centre.wrapping_sub(SIDE), &mut places);
         let mut sums = [0i64; 2];
         for ((&[re, im], &[cos, sin]), at) in bins.iter().zip(&self.taps).zip(centre - SIDE..) {
             // A constant offset does not move, and is left out.
-            if at.checked_rem_euclid(N as i32) == Some(0) {
+            if view.layout.wrapped(at) == 0 {
                 continue;
             }
             let [re, im, cos, sin] = [re, im, cos, sin].map(i64::from);

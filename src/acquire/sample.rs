@@ -29,6 +29,8 @@ pub trait Record: sealed::Sealed + Copy + core::fmt::Debug + Send + Sync + 'stat
     /// A whole record as the complex points that the FFT transforms: the pairs of an I/Q record, or
     /// the `N/2` pairs of neighbours in a real record of `N` samples.
     fn pairs(samples: &[Self::Sample]) -> &[[i16; 2]];
+    /// [`Record::pairs`], for writing.
+    fn pairs_mut(samples: &mut [Self::Sample]) -> &mut [[i16; 2]];
 }
 
 /// Real samples, from one converter.
@@ -55,6 +57,9 @@ impl Record for Real {
     fn pairs(samples: &[i16]) -> &[[i16; 2]] {
         samples.as_chunks().0
     }
+    fn pairs_mut(samples: &mut [i16]) -> &mut [[i16; 2]] {
+        samples.as_chunks_mut().0
+    }
 }
 
 impl Record for Iq {
@@ -72,6 +77,32 @@ impl Record for Iq {
     }
     fn pairs(samples: &[[i16; 2]]) -> &[[i16; 2]] {
         samples
+    }
+    fn pairs_mut(samples: &mut [[i16; 2]]) -> &mut [[i16; 2]] {
+        samples
+    }
+}
+
+/// The samples of a record of either kind: code that takes them is compiled once for both.
+#[derive(Clone, Copy, Debug)]
+pub struct Data<'a> {
+    /// [`Record::pairs`].
+    pub pairs: &'a [[i16; 2]],
+    /// Whether the samples are I/Q pairs.
+    pub iq: bool,
+}
+
+impl<'a> Data<'a> {
+    /// The samples of a record of kind `R`, an even number of them.
+    #[inline]
+    pub fn of<R: Record>(samples: &'a [R::Sample]) -> Self {
+        Self { pairs: R::pairs(samples), iq: R::IQ }
+    }
+
+    /// All parts, in their order.
+    #[inline]
+    pub fn parts(&self) -> &'a [i16] {
+        self.pairs.as_flattened()
     }
 }
 
@@ -183,56 +214,65 @@ pub struct Statistics {
 
 impl Statistics {
     /// Statistics of `samples`. Cost: one pass, about six operations a sample.
-    pub fn from_samples<R: Record>(samples: &[R::Sample], codes: Codes) -> Self {
+    pub fn from_samples(data: Data, codes: Codes) -> Self {
         let (low, high) = codes.rails();
         let touches = |part: i16| part <= low || part >= high;
         let mut seen = Statistics { clipped: 0, sum: [0; 2], extremes: [i16::MAX, i16::MIN] };
-        for &sample in samples {
-            let [i, q] = R::parts(sample);
-            seen.clipped += u32::from(touches(i) || (R::IQ && touches(q)));
-            seen.sum[0] += i64::from(i);
-            seen.sum[1] += i64::from(q);
-            let (small, large) = if R::IQ { (i.min(q), i.max(q)) } else { (i, i) };
-            seen.extremes = [seen.extremes[0].min(small), seen.extremes[1].max(large)];
+        for &[a, b] in data.pairs {
+            let [i, q] = [a, b].map(i64::from);
+            if data.iq {
+                seen.clipped += u32::from(touches(a) || touches(b));
+                seen.sum = [seen.sum[0] + i, seen.sum[1] + q];
+            } else {
+                seen.clipped += u32::from(touches(a)) + u32::from(touches(b));
+                seen.sum[0] += i + q;
+            }
+            seen.extremes = [seen.extremes[0].min(a).min(b), seen.extremes[1].max(a).max(b)];
         }
         seen
     }
 
     /// [`Statistics::clipped`] alone. Cost: one pass. A core with the DSP extension takes two samples at a time, some two instructions
     /// each, and a second pass if real samples touch a rail.
-    pub fn clipped<R: Record>(samples: &[R::Sample], codes: Codes) -> u32 {
+    pub fn clipped(data: Data, codes: Codes) -> u32 {
         #[cfg(any(dsp, short_products))]
         let (low, high) = codes.rails();
         // The loop loads several words at once. They must be aligned, or the core faults.
         #[cfg(dsp)]
-        if samples.as_ptr().cast::<u32>().is_aligned() {
-            let parts = crate::spectrum::fft::kernel_dsp::touching(R::pairs(samples), low, high);
-            if !R::IQ || parts == 0 {
+        if data.pairs.as_ptr().cast::<u32>().is_aligned() {
+            let parts = crate::spectrum::fft::kernel_dsp::touching(data.pairs, low, high);
+            if !data.iq || parts == 0 {
                 return parts;
             }
         }
         #[cfg(short_products)]
-        if all_inside(R::pairs(samples), low, high) {
+        if all_inside(data.pairs, low, high) {
             return 0;
         }
         let inside = Between::new(codes.rails());
-        let touches = |[i, q]: [i16; 2]| !inside.holds(i) || (R::IQ && !inside.holds(q));
+        let outside = |part: i16| u32::from(!inside.holds(part));
         let mut count = 0u32;
-        for &sample in samples {
-            count = count.wrapping_add(touches(R::parts(sample)).into());
+        if data.iq {
+            for &[i, q] in data.pairs {
+                count = count.wrapping_add(outside(i) | outside(q));
+            }
+        } else {
+            for &part in data.parts() {
+                count = count.wrapping_add(outside(part));
+            }
         }
         count
     }
 
     /// Samples with a part beyond the rails: codes that the converter cannot make. The caller counts them only if some sample touches a
     /// rail. Cost: that of [`Statistics::clipped`].
-    pub fn beyond<R: Record>(samples: &[R::Sample], codes: Codes) -> u32 {
+    pub fn beyond(data: Data, codes: Codes) -> u32 {
         #[cfg(all(target_arch = "arm", not(dsp)))]
-        if none_beyond(R::pairs(samples), codes.rails()) {
+        if none_beyond(data.pairs, codes.rails()) {
             return 0;
         }
         // No sample lies beyond codes of 16 bits.
-        codes.wider().map_or(0, |wider| Self::clipped::<R>(samples, wider))
+        codes.wider().map_or(0, |wider| Self::clipped(data, wider))
     }
 
     /// The mean as a complex number, in codes; `samples` is the number of samples.
@@ -321,9 +361,10 @@ mod tests {
                 // SAFETY: a word is two parts, which lie in memory in the order in which they are read here.
                 let pairs = unsafe { &*words.as_ptr().cast::<[[i16; 2]; 24]>() };
                 assert_eq!(*pairs, parts);
-                let clipped = Statistics::from_samples::<Real>(pairs.as_flattened(), codes).clipped;
+                let data = Data::of::<Real>(pairs.as_flattened());
+                let clipped = Statistics::from_samples(data, codes).clipped;
                 assert_eq!(all_inside(pairs, low, high), clipped == 0, "{place}: {a} {b}");
-                assert_eq!(Statistics::clipped::<Real>(pairs.as_flattened(), codes), clipped);
+                assert_eq!(Statistics::clipped(data, codes), clipped);
                 for codes in [codes, Codes::signed::<12>(), Codes::signed::<15>()] {
                     let (low, high) = codes.rails();
                     let beyond = pairs.as_flattened().iter().any(|x| !(low..=high).contains(x));

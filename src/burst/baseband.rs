@@ -8,10 +8,9 @@
 //!
 //! each divided by the record's taper at its place.
 
-use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar as _;
-use crate::spectrum::Spectrum;
-use crate::spectrum::engine::Engine;
+use crate::spectrum::layout::Layout;
+use crate::spectrum::view::View;
 use core::mem::MaybeUninit;
 use core::ops::RangeInclusive;
 use num_complex::Complex;
@@ -59,20 +58,18 @@ pub(super) fn used(index: usize) -> bool {
 
 impl Baseband {
     /// The baseband of a tapered record's spectrum, about bin `centre`.
-    pub fn from_spectrum<R: Record, const N: usize, E: Engine>(
-        spectrum: &Spectrum<R, N, E>,
-        centre: i32,
-    ) -> Self {
+    pub fn from_view(view: &View, centre: i32) -> Self {
+        let Layout { n, iq, .. } = *view.layout;
         let zero = Complex::new(0.0, 0.0);
-        let unit = libm::ldexpf(1.0, spectrum.exponent()) / N as f32;
+        let unit = libm::ldexpf(1.0, view.exponent) / n as f32;
         let mut places = [const { MaybeUninit::uninit() }; POINTS];
         let half = POINTS as i32 / 2;
-        let read = spectrum.fill(centre.saturating_sub(half), &mut places);
+        let read = view.fill(centre.saturating_sub(half), &mut places);
         let mut bins = [zero; POINTS];
         for (&[re, im], k) in read.iter().zip(-half..) {
             let at = centre.saturating_add(k);
             // Beyond the spectrum of a real record lies its image.
-            if !R::IQ && !(1..N as i32 / 2).contains(&at) {
+            if !iq && !(1..n as i32 / 2).contains(&at) {
                 continue;
             }
             let end = (half as f32 - k.unsigned_abs() as f32) / (half as f32 - WHOLE);

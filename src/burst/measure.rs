@@ -16,12 +16,14 @@ use super::envelope::{self, Envelope, median};
 use super::{Burst, Validation};
 use crate::acquire::burst::Cut;
 use crate::acquire::codes::Codes;
-use crate::acquire::sample::{Record, Statistics};
+use crate::acquire::sample::{Data, Record, Statistics};
 use crate::math::scalar::Scalar as _;
 use crate::plan::Terms;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
+use crate::spectrum::layout::Layout;
 use crate::spectrum::peak::Band;
+use crate::spectrum::view::View;
 use crate::tone::frequency::Frequency;
 use crate::tone::sigma::CLIPPED;
 use crate::tone::{Reasons, Tone, Verdict};
@@ -55,49 +57,100 @@ pub(crate) fn measure<R: Record, const N: usize, E: Engine>(
     terms: &Terms,
     cut: &Cut<R, N>,
 ) -> Burst {
-    let clipped = Statistics::clipped::<R>(cut.samples, terms.codes);
-    let mut guess = Envelope {
-        middle: cut.middle / N as f32,
-        deviation: (cut.deviation / N as f32).clamp(envelope::LEAST, envelope::MOST),
-    };
-    let mut burst = Burst {
-        arrival: cut.clock as f64 + f64::from(cut.middle),
-        deviation: cut.deviation,
-        validation: Validation::Weak,
-        tone: Tone { verdict: Verdict::Weak, rate_hz: terms.rate_hz, ..Tone::ZERO },
-    };
-    let offset = Statistics::from_samples::<R>(cut.samples, terms.codes).mean(N);
+    let mut look =
+        Look::new(Data::of::<R>(cut.samples), cut.clock, [cut.middle, cut.deviation], terms);
     let mut samples = *cut.samples;
-    // Codes about the offset: as far from it as the farther rail.
-    let codes = around(terms.codes);
     for round in 1..=ROUNDS {
-        weigh::<R, N, 8>(cut.samples, &mut samples, offset, codes, |t| guess.at(t));
-        spectrum.transform(&samples, codes);
-        let Some((peak, ratio, limit)) = strongest(spectrum, terms.band, &guess) else {
-            return burst;
-        };
-        // The points are divided by the taper, so it must be exact.
-        weigh::<R, N, 1>(cut.samples, &mut samples, offset, codes, taper);
-        spectrum.transform(&samples, codes);
-        let points = Baseband::from_spectrum(spectrum, peak).points;
-        let found = guess.fitted(&points.map(|z| z.norm_sqr()));
-        let near = (found.middle - guess.middle).abs() < 0.3 * guess.deviation;
-        let alike = (0.75..1.33).contains(&(found.deviation / guess.deviation));
-        guess = found;
-        if !(near && alike) && round < ROUNDS {
-            continue;
+        look.weigh(R::pairs_mut(&mut samples));
+        spectrum.transform(&samples, look.codes);
+        let Some(found) = look.strongest(&spectrum.view()) else { break };
+        look.taper(R::pairs_mut(&mut samples));
+        spectrum.transform(&samples, look.codes);
+        if look.finds(&spectrum.view(), found, round) {
+            break;
         }
-        burst.arrival = cut.clock as f64 + f64::from(guess.middle * N as f32);
-        burst.deviation = guess.deviation * N as f32;
-        let Some(line) = Line::fitted(&points, &guess) else {
-            return burst;
+    }
+    look.burst
+}
+
+/// The strongest bin of a weighted record, its power over the mean of the others, and the least such ratio that is not noise.
+type Strongest = (i32, f32, f32);
+
+/// A burst while it is measured.
+struct Look<'a> {
+    data: Data<'a>,
+    n: usize,
+    terms: &'a Terms,
+    clock: u64,
+    clipped: u32,
+    offset: Complex<f32>,
+    /// Codes about the offset: as far from it as the farther rail.
+    codes: Codes,
+    guess: Envelope,
+    burst: Burst,
+}
+
+impl<'a> Look<'a> {
+    fn new(data: Data<'a>, clock: u64, [middle, deviation]: [f32; 2], terms: &'a Terms) -> Self {
+        let n = terms.n as usize;
+        Self {
+            data,
+            n,
+            terms,
+            clock,
+            clipped: Statistics::clipped(data, terms.codes),
+            offset: Statistics::from_samples(data, terms.codes).mean(n),
+            codes: around(terms.codes),
+            guess: Envelope {
+                middle: middle / n as f32,
+                deviation: (deviation / n as f32).clamp(envelope::LEAST, envelope::MOST),
+            },
+            burst: Burst {
+                arrival: clock as f64 + f64::from(middle),
+                deviation,
+                validation: Validation::Weak,
+                tone: Tone { verdict: Verdict::Weak, rate_hz: terms.rate_hz, ..Tone::ZERO },
+            },
+        }
+    }
+
+    /// Writes the samples weighted with the envelope.
+    fn weigh(&self, to: &mut [[i16; 2]]) {
+        weigh::<8>(self.data, to, self.n, self.offset, self.codes, |t| self.guess.at(t));
+    }
+
+    /// Writes the samples under the taper. The points are divided by it, so it must be exact.
+    fn taper(&self, to: &mut [[i16; 2]]) {
+        weigh::<1>(self.data, to, self.n, self.offset, self.codes, taper);
+    }
+
+    fn strongest(&self, view: &View) -> Option<Strongest> {
+        strongest(view, self.terms.band, &self.guess)
+    }
+
+    /// Measures the burst in the tapered record; false if the envelope is to be looked at once more.
+    fn finds(&mut self, view: &View, (peak, ratio, limit): Strongest, round: usize) -> bool {
+        let Layout { n, iq, .. } = *view.layout;
+        let points = Baseband::from_view(view, peak).points;
+        let found = self.guess.fitted(&points.map(|z| z.norm_sqr()));
+        let near = (found.middle - self.guess.middle).abs() < 0.3 * self.guess.deviation;
+        let alike = (0.75..1.33).contains(&(found.deviation / self.guess.deviation));
+        self.guess = found;
+        if !(near && alike) && round < ROUNDS {
+            return false;
+        }
+        let (guess, burst) = (&self.guess, &mut self.burst);
+        burst.arrival = self.clock as f64 + f64::from(guess.middle * n as f32);
+        burst.deviation = guess.deviation * n as f32;
+        let Some(line) = Line::fitted(&points, guess) else {
+            return true;
         };
-        let Some(frequency) = Frequency::from_bins(peak, line.offset, N) else {
-            return burst;
+        let Some(frequency) = Frequency::from_bins(peak, line.offset, n) else {
+            return true;
         };
-        let bins = frequency.bins(N).abs() as f32;
+        let bins = frequency.bins(n).abs() as f32;
         let cycles = bins * guess.deviation * 8.0f32.root();
-        burst.validation = if clipped as f32 > CLIPPED * N as f32 {
+        burst.validation = if self.clipped as f32 > CLIPPED * n as f32 {
             Validation::Clipped
         } else if ratio < limit {
             Validation::Weak
@@ -105,19 +158,19 @@ pub(crate) fn measure<R: Record, const N: usize, E: Engine>(
             Validation::Short
         } else if guess.deviation > 0.98 * envelope::MOST {
             Validation::Long
-        } else if cycles < CYCLES || peak.abs() <= pedestal(&guess) + 1 {
+        } else if cycles < CYCLES || peak.abs() <= pedestal(guess) + 1 {
             Validation::FewCycles
         } else if line.mixed {
             Validation::TwoParticles
         } else {
             Validation::Valid
         };
-        let engine = E::error(N, R::IQ);
-        let sigma = (line.variance + engine * engine).root() / N as f32;
-        let amplitude = if R::IQ { line.level } else { 2.0 * line.level };
+        let engine = view.error();
+        let sigma = (line.variance + engine * engine).root() / n as f32;
+        let amplitude = if iq { line.level } else { 2.0 * line.level };
         // A point holds the noise of 64 of N bins.
-        let noise = line.noise * (N / POINTS) as f32;
-        let power = if R::IQ { amplitude * amplitude } else { 0.5 * amplitude * amplitude };
+        let noise = line.noise * (n / POINTS) as f32;
+        let power = if iq { amplitude * amplitude } else { 0.5 * amplitude * amplitude };
         let reasons = match burst.validation {
             Validation::Valid => Reasons::NONE,
             Validation::TwoParticles => Reasons::NONE.with(Verdict::Unresolved),
@@ -134,11 +187,10 @@ pub(crate) fn measure<R: Record, const N: usize, E: Engine>(
             amplitude,
             verdict: reasons.verdict(),
             also: reasons.also(),
-            rate_hz: terms.rate_hz,
+            rate_hz: self.terms.rate_hz,
         };
-        return burst;
+        true
     }
-    burst
 }
 
 /// Codes centred on 0 that reach as far as the whole range of the given codes: the offset may lie anywhere in this range.
@@ -149,31 +201,38 @@ fn around(codes: Codes) -> Codes {
 }
 
 /// Writes the samples less their offset times a weight of 0 to 1, which is a straight line over `STEP` samples.
-fn weigh<R: Record, const N: usize, const STEP: usize>(
-    from: &[R::Sample; N],
-    to: &mut [R::Sample; N],
+fn weigh<const STEP: usize>(
+    from: Data,
+    to: &mut [[i16; 2]],
+    n: usize,
     offset: Complex<f32>,
     codes: Codes,
     weight: impl Fn(f32) -> f32,
 ) {
     let (low, high) = codes.rails();
     let [i0, q0] = [offset.re, offset.im].map(|x| libm::rintf(x) as i32);
-    let q15 = |index: usize| libm::rintf(32768.0 * weight(index as f32 / N as f32)) as i32;
-    let mut next = q15(0);
-    let groups = from.as_chunks::<STEP>().0.iter().zip(to.as_chunks_mut::<STEP>().0);
-    for (group, (from, to)) in groups.enumerate() {
-        let first = next;
-        next = q15((group + 1) * STEP);
-        for ((sample, place), part) in from.iter().zip(to).zip(0i32..) {
-            let factor = first + (((next - first) * part) >> STEP.trailing_zeros());
-            let parts = R::parts(*sample);
-            let weighed = |part: i16, offset: i32| {
-                // At most 16 bits times 15. No clamp, which would panic if the rails were in the wrong order.
-                let product = i32::from(part).wrapping_sub(offset).wrapping_mul(factor);
-                (product.saturating_add(1 << 14) >> 15).max(low.into()).min(high.into()) as i16
-            };
-            *place = R::from_parts([weighed(parts[0], i0), weighed(parts[1], q0)]);
+    let q15 = |index: usize| libm::rintf(32768.0 * weight(index as f32 / n as f32)) as i32;
+    let (mut first, mut next, mut index) = (0, q15(0), 0);
+    let mut factor = || {
+        let part = index % STEP;
+        index += 1;
+        if part == 0 {
+            (first, next) = (next, q15(index - 1 + STEP));
         }
+        first + (((next - first) * part as i32) >> STEP.trailing_zeros())
+    };
+    let weighed = |part: i16, offset: i32, factor: i32| {
+        // At most 16 bits times 15. No clamp, which would panic if the rails were in the wrong order.
+        let product = i32::from(part).wrapping_sub(offset).wrapping_mul(factor);
+        (product.saturating_add(1 << 14) >> 15).max(low.into()).min(high.into()) as i16
+    };
+    for (&[a, b], place) in from.pairs.iter().zip(to) {
+        *place = if from.iq {
+            let factor = factor();
+            [weighed(a, i0, factor), weighed(b, q0, factor)]
+        } else {
+            [weighed(a, i0, factor()), weighed(b, i0, factor())]
+        };
     }
 }
 
@@ -186,16 +245,13 @@ fn pedestal(envelope: &Envelope) -> i32 {
 
 /// The strongest bin of a weighted record outside of the pedestal, its power over the mean of the others, and the least such ratio that is
 /// not noise.
-fn strongest<R: Record, const N: usize, E: Engine>(
-    spectrum: &Spectrum<R, N, E>,
-    band: Band,
-    envelope: &Envelope,
-) -> Option<(i32, f32, f32)> {
+fn strongest(view: &View, band: Band, envelope: &Envelope) -> Option<Strongest> {
+    let Layout { n, iq, .. } = *view.layout;
     let low = pedestal(envelope);
-    let half = N as i32 / 2;
-    let ranges = if R::IQ { [(low, half - 1), (-half, -low)] } else { [(low, half - 3), (1, 0)] };
+    let half = n as i32 / 2;
+    let ranges = if iq { [(low, half - 1), (-half, -low)] } else { [(low, half - 3), (1, 0)] };
     // An I/Q band may count negative frequencies from 0 down, or on from N/2.
-    let turns: &[i32] = if R::IQ { &[0, N as i32] } else { &[0] };
+    let turns: &[i32] = if iq { &[0, n as i32] } else { &[0] };
     let (mut best, mut total, mut bins): (Option<(i32, u64)>, u64, u32) = (None, 0, 0);
     for (first, last) in ranges {
         for turn in turns {
@@ -203,8 +259,8 @@ fn strongest<R: Record, const N: usize, E: Engine>(
             if first > last {
                 continue;
             }
-            let wrapped = if first < 0 { N as i32 } else { 0 };
-            let scan = spectrum.search(Band::new(first + wrapped, last + wrapped));
+            let wrapped = if first < 0 { n as i32 } else { 0 };
+            let scan = view.search(Band::new(first + wrapped, last + wrapped));
             if best.is_none_or(|(_, power)| scan.power > power) {
                 best = Some((scan.bin - wrapped, scan.power));
             }
@@ -221,7 +277,7 @@ fn strongest<R: Record, const N: usize, E: Engine>(
         let inside = ranges.iter().any(|&(first, last)| (first..=last).contains(&k))
             && turns.iter().any(|turn| (band.low..=band.high).contains(&(k + turn)));
         if inside {
-            skirt = skirt.saturating_add(spectrum.power(k));
+            skirt = skirt.saturating_add(view.power(k));
             count += 1;
         }
     }

@@ -4,11 +4,10 @@
 use super::samples::{Raw, Samples, as_kind};
 // Every family: a new one needs no `use`.
 use super::*;
-use crate::acquire::sample::{Iq, Record};
+use crate::acquire::sample::{Data, Iq, Real, Record};
 use crate::math::scalar::Scalar;
-use crate::spectrum::Spectrum;
 use crate::spectrum::bins::{Bins, Rectangular};
-use crate::spectrum::engine::Engine;
+use crate::spectrum::view::View;
 use fixed::types::I2F30;
 
 /// No method has this name.
@@ -359,24 +358,23 @@ impl Method {
     ///
     /// # Errors
     /// The method does not work on this kind of record, or the program is without the feature `methods`.
-    pub fn offset_target<R: Record, const N: usize>(
-        self,
-        spectrum: &Spectrum<R, N, impl Engine>,
-        samples: &[R::Sample],
-        peak: i32,
-    ) -> Result<I2F30, Unfit> {
+    pub fn offset_target(self, view: &View, data: Data, peak: i32) -> Result<I2F30, Unfit> {
         if !cfg!(feature = "methods") {
             return Err(Unfit);
         }
-        let three = [-1, 0, 1].map(|offset| spectrum.bin(peak.wrapping_add(offset)));
+        let three = [-1, 0, 1].map(|offset| view.bin(peak.wrapping_add(offset)));
         match self {
             Method::Rife => Ok(rife::rife_integer(three)),
             Method::ZRife => Ok(rife::z_rife_integer(three)),
             _ => {
-                let bins = Bins::<f32, R, Rectangular>::from_spectrum(spectrum, peak);
-                // Independent of the length's own type: one copy of the methods serves every length.
-                let power: &dyn Fn(i32) -> f32 = &|k| spectrum.power(k) as f32;
-                let offset = self.offset(&bins, &Raw::<R>(samples), power)?;
+                let power: &dyn Fn(i32) -> f32 = &|k| view.power(k) as f32;
+                let offset = if data.iq {
+                    let bins = Bins::<f32, Iq, Rectangular>::from_view(view, peak);
+                    self.offset(&bins, &Raw::<Iq>(data.pairs), power)?
+                } else {
+                    let bins = Bins::<f32, Real, Rectangular>::from_view(view, peak);
+                    self.offset(&bins, &Raw::<Real>(data.parts()), power)?
+                };
                 // A cast saturates and turns NaN into 0.
                 Ok(I2F30::from_bits((offset * 1_073_741_824.0) as i32))
             }

@@ -6,9 +6,9 @@
 //! Nyquist.
 
 use crate::acquire::sample::Record;
+use crate::math::products;
 use crate::math::scalar::Scalar;
 use crate::spectrum::bins::{Bins, Rectangular};
-use crate::spectrum::power;
 use fixed::types::I2F30;
 use num_complex::Complex;
 
@@ -83,6 +83,11 @@ pub fn z_rife_integer(three: [Complex<i32>; 3]) -> I2F30 {
         product(x.re, centre.re).saturating_add(product(x.im, centre.im))
     };
     ratio_integer(left, centre, right, part(left) > part(right))
+}
+
+/// `|z|^2`.
+const fn power(z: Complex<i32>) -> u64 {
+    products::power([z.re, z.im])
 }
 
 /// The ratio by two integer square roots and one division. Weak bins are scaled up first, so that their roots are not rounded to whole

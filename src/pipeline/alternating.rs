@@ -29,13 +29,13 @@
 
 use super::{Measurement, Pipeline};
 use crate::acquire::codes::Codes;
-use crate::acquire::sample::{Iq, Real, Stamp};
+use crate::acquire::sample::{Data, Iq, Real, Stamp};
 use crate::math::scalar::Scalar;
 use crate::methods::registry::Method;
 use crate::plan::{Plan, Terms};
 use crate::solve::hypotheses::Line;
 use crate::spectrum::Spectrum;
-use crate::spectrum::peak::{Band, Peak};
+use crate::spectrum::peak::{self, Band, Peak};
 use crate::tone::detection::{Relaxation, Threshold};
 use crate::tone::evidence::Evidence;
 use crate::tone::frequency::Frequency;
@@ -115,7 +115,13 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
     fn tone(&mut self, stamp: &Stamp, samples: &[i16]) -> (u32, Tone) {
         // The length is right.
         let Ok(samples) = samples.try_into() else { return Default::default() };
-        let (clipped, tone) = self.pipeline.tone_with(stamp, samples, without_offset);
+        self.pipeline.transform(samples);
+        let peak = peak::find(&self.pipeline.spectrum.view(), self.pipeline.plan.band);
+        if let Some(peak) = &peak {
+            without_offset(&mut self.pipeline.spectrum, peak);
+        }
+        let (clipped, tone) =
+            self.pipeline.measured().tone_at(stamp, Data::of::<Real>(samples), peak);
         if tone.verdict == Verdict::NoSignal {
             return (clipped, tone);
         }
@@ -137,7 +143,7 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
         /// Minimum degrees of freedom of the noise beside a tone.
         const DOF: f32 = 32.0;
         let n = N as i32;
-        let from_dc = peak(tone.frequency, TWICE).wrapping_sub(n / 2);
+        let from_dc = nearest(tone.frequency, TWICE).wrapping_sub(n / 2);
         let far = from_dc.abs();
         if far <= NEAREST || far >= n / 2 - NEAREST {
             return false;
@@ -213,7 +219,7 @@ fn lowered(Frequency(real): Frequency) -> Frequency {
 }
 
 /// The bin nearest to a frequency, in a record of `n` samples.
-const fn peak(Frequency(frequency): Frequency, n: usize) -> i32 {
+const fn nearest(Frequency(frequency): Frequency, n: usize) -> i32 {
     // Half a bin, so that the shift rounds.
     ((frequency.to_bits() as i64 * n as i64 + (1 << 31)) >> 32) as i32
 }
@@ -240,9 +246,9 @@ mod tests {
         for bin in [1, 212, 511, 512, 513, 1023] {
             let real = Frequency::from_bins(bin, 0.25f32, 2048).unwrap();
             assert_eq!(lowered(real).bins(1024), f64::from(bin - 512) + 0.25);
-            assert_eq!(peak(real, 2048), bin);
+            assert_eq!(nearest(real, 2048), bin);
         }
-        assert_eq!(peak(Frequency::from_bins(9, -0.4f32, 128).unwrap(), 128), 9);
+        assert_eq!(nearest(Frequency::from_bins(9, -0.4f32, 128).unwrap(), 128), 9);
     }
 
     #[test]

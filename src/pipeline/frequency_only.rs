@@ -4,10 +4,12 @@ use crate::acquire::codes::Codes;
 use crate::acquire::sample::Record;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::{Engine, I32};
+use crate::spectrum::layout::Layout;
 use crate::spectrum::neighbourhood::{Neighbourhood, Places};
 use crate::spectrum::peak::{self, Band};
+use crate::spectrum::view::View;
 use crate::tone::arithmetic::Arithmetic;
-use crate::tone::fit::{self, FitStart, Reach};
+use crate::tone::fit::{self, FitNear, FitStart, Reach};
 use crate::tone::frequency::Frequency;
 use crate::tone::noise::ring;
 use crate::tone::sigma::{sigma_bins, with_rounding};
@@ -71,20 +73,26 @@ impl<R: Record, const N: usize, E: Engine> FrequencyOnly<R, N, E> {
     /// The fit is least squares over 17 bins, in the core's own arithmetic. Cost: one transform, one search, one fit.
     pub fn block(&mut self, samples: &[R::Sample; N], codes: Codes) -> Option<Unjudged> {
         self.spectrum.transform(samples, codes);
-        let band = const { if R::IQ { Band::iq(N) } else { Band::real(N) } };
-        let peak = peak::find(&self.spectrum, band)?.bin;
-        let (reach, arithmetic) = (Reach::Eight, Arithmetic::from_core());
-        let mut places = Places::new();
-        let near = Neighbourhood::read(&self.spectrum, peak, &mut places);
-        let fit = fit::fit_near::<R, N>(&near, arithmetic, reach, FitStart::Usual)?;
-        let noise = ring::beside::<R, N>(&near, &fit, arithmetic).noise.power;
-        let sigma =
-            with_rounding(sigma_bins(&fit, N, noise), near.engine_error * near.engine_error, N);
-        Some(Unjudged {
-            frequency: Frequency::from_fixed(peak, fit.offset_in_fixed_point()?, N),
-            sigma: sigma / N as f32,
-        })
+        only(&self.spectrum.view(), fit::fit_near::<R>())
     }
+}
+
+/// The strongest line of a spectrum. Compiled once for all kinds and lengths of records.
+fn only(view: &View, fit_near: FitNear) -> Option<Unjudged> {
+    let Layout { n, iq, .. } = *view.layout;
+    let band = if iq { Band::iq(n) } else { Band::real(n) };
+    let peak = peak::find(view, band)?.bin;
+    let (reach, arithmetic) = (Reach::Eight, Arithmetic::from_core());
+    let mut places = Places::new();
+    let near = Neighbourhood::read(view, peak, &mut places);
+    let fit = fit_near(&near, arithmetic, reach, FitStart::Usual)?;
+    let noise = ring::beside(&near, &fit, arithmetic).noise.power;
+    let unseen = near.engine_error * near.engine_error;
+    let sigma = with_rounding(sigma_bins(&fit, n, noise), unseen, n);
+    Some(Unjudged {
+        frequency: Frequency::from_fixed(peak, fit.offset_in_fixed_point()?, n),
+        sigma: sigma / n as f32,
+    })
 }
 
 impl<R: Record, const N: usize, E: Engine> Default for FrequencyOnly<R, N, E> {

@@ -1,9 +1,8 @@
 //! The few bins around a peak that an estimator reads. The kind of record and the window are part
 //! of the type, so an estimator for one cannot be given the other.
 
-use super::Spectrum;
-use super::engine::Engine;
 use super::fft::integer::Point;
+use super::view::View;
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
 use core::marker::PhantomData;
@@ -107,13 +106,10 @@ impl<T: Scalar, R: Record> Bins<T, R, Rectangular> {
     }
 
     /// Bins around `peak` of an integer spectrum. The conversion rounds each part once to `T`.
-    pub fn from_spectrum<const N: usize>(
-        spectrum: &Spectrum<R, N, impl Engine>,
-        peak: i32,
-    ) -> Self {
+    pub fn from_view(view: &View, peak: i32) -> Self {
         let mut place = MaybeUninit::<[Point; WIDTH]>::uninit();
-        let points = spectrum.window(peak - REACH as i32, &mut place);
-        Self::from_points(N, peak, points, spectrum.exponent())
+        let points = view.window(peak - REACH as i32, &mut place);
+        Self::from_points(view.layout.n, peak, points, view.exponent)
     }
 
     /// The bins under Hann's window: `X/2 - (left + right)/4`, which is exact. The outermost bin on each side has no outer neighbour and is

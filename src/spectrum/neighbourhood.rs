@@ -3,7 +3,8 @@
 
 use super::bins::REACH;
 use super::fft::integer::Point;
-use super::{Size, Source};
+use super::layout::Layout;
+use super::view::View;
 use crate::math::scalar::Scalar as _;
 use core::mem::MaybeUninit;
 use num_complex::Complex;
@@ -52,6 +53,8 @@ impl Default for Places {
 /// The bins around a peak, in stored units.
 #[derive(Clone, Debug)]
 pub struct Neighbourhood<'a> {
+    /// The record's length and kind, with their tables.
+    pub layout: &'static Layout,
     /// Samples of the record.
     pub n: usize,
     /// Whether the record is of I/Q pairs.
@@ -60,7 +63,7 @@ pub struct Neighbourhood<'a> {
     pub peak: i32,
     /// The exponent: a stored value times `2^exponent` is in codes.
     pub exponent: i32,
-    /// The error in bins that the engine adds to a frequency, see [`Engine::error`](super::engine::Engine::error).
+    /// The error in bins that the engine adds to a frequency, see [`View::error`].
     pub engine_error: f32,
     /// The three bins around minus the peak, where an I/Q front end makes an image.
     pub image: [Point; 3],
@@ -72,8 +75,8 @@ pub struct Neighbourhood<'a> {
 
 impl<'a> Neighbourhood<'a> {
     /// Reads the bins around the peak; an I/Q record's without its offset. Cost: 77 bins, and three more for I/Q.
-    pub fn read<S: Source + ?Sized>(source: &S, peak: i32, places: &'a mut Places) -> Self {
-        let Size { n, iq } = source.size();
+    pub fn read(view: &View, peak: i32, places: &'a mut Places) -> Self {
+        let Layout { n, iq, .. } = *view.layout;
         let groups = groups(n, iq, peak);
         let (first, count) = if has_ring(n, iq) {
             (peak.wrapping_sub(below(groups)), RING)
@@ -81,20 +84,21 @@ impl<'a> Neighbourhood<'a> {
             let (reach, width) = (REACH as i32, SHORT as i32 - 1);
             (1.max(peak.wrapping_add(reach - width)).min(peak.wrapping_sub(reach)), SHORT)
         };
-        let bins = source.fill_beside_offset(first, places.0.get_mut(..count).unwrap_or_default());
+        let bins = view.fill_beside_offset(first, places.0.get_mut(..count).unwrap_or_default());
         let image = [-1, 0, 1].map(|i: i32| {
             if !iq {
                 return [0; 2];
             }
-            let Complex { re, im } = source.bin(i.wrapping_sub(peak));
+            let Complex { re, im } = view.bin(i.wrapping_sub(peak));
             [re, im]
         });
         Self {
+            layout: view.layout,
             n,
             iq,
             peak,
-            exponent: source.exponent(),
-            engine_error: source.error(),
+            exponent: view.exponent,
+            engine_error: view.error(),
             image,
             groups,
             first,
@@ -123,7 +127,7 @@ impl<'a> Neighbourhood<'a> {
     pub fn point(&self, k: i32) -> Point {
         let (n, away) = (self.n as i32, k.wrapping_sub(self.first));
         // An I/Q spectrum is a circle.
-        let away = if self.iq { away.checked_rem_euclid(n).unwrap_or(0) } else { away };
+        let away = if self.iq { away & (n - 1) } else { away };
         self.bins.get(away as usize).copied().unwrap_or_default()
     }
 

@@ -155,11 +155,11 @@ pub(super) fn alone(
 
 #[cfg(test)]
 mod tests {
-    use super::super::engine::REACH;
     use super::super::fft::integer::{split, window};
     use super::super::fft::twiddle;
     use super::super::peak::{Band, Search};
     use super::super::scan;
+    use super::super::view::REACH;
     use super::*;
     use crate::math::products::power;
     use std::println;
@@ -169,7 +169,7 @@ mod tests {
         let table = twiddle::splits(2 * M);
         let pairs = Pairs::new(M, &bins).unwrap();
         let single = |bins| alone(bins, |first, places| window(points, table, first, places));
-        let inner = pairs.outermost().map(|last| scan::real::<M>(points, table, last));
+        let inner = pairs.outermost().map(|last| scan::real(points, table, last));
         let found = pairs.with_alone(inner, single);
         pairs.beside(found, REACH, points, scan::power_sum, single)
     }

@@ -1,4 +1,4 @@
-//! The strongest line, found in one pass over the power spectrum.
+//! The strongest line, found in one pass over the power view.
 //!
 //! Source: Ye et al. 2022, section 2.3: three registers hold a bin and its two neighbours while the spectrum streams by. This
 //! implementation adds band limits, defined ties and edges, and the noise floor.
@@ -6,11 +6,10 @@
 //! [`Search`] defines the search. [`find`] finds the same bin in a spectrum, in fewer operations. How it does so is in `scan`, `pairs` and
 //! each engine's `search`: skip them unless you change them.
 
-use super::engine::Engine;
 use super::fft::integer::Point;
+use super::layout::Layout;
 use super::scan::{Scan, Skirt};
-use super::{Size, Spectrum};
-use crate::acquire::sample::Record;
+use super::view::View;
 use crate::math::products::power;
 use crate::tone::frequency::Frequency;
 use core::mem::MaybeUninit;
@@ -183,65 +182,54 @@ impl Search {
 ///
 /// Where a band of a real record holds bins k and N/2-k, both go through [`super::scan`]: 13 instructions for the two on a core with the
 /// DSP extension. The floor then lacks the partners N/2-k of the peak's skirt, too, unless it would lose half of its bins so.
-pub fn find<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
-    band: Band,
-) -> Option<Peak> {
+pub fn find(view: &View, band: Band) -> Option<Peak> {
     // The offset of an I/Q record is often its strongest bin. With Helium all bins have a faster search than a part of them.
-    let shifted = R::IQ && band.has_offset();
-    let mut found =
-        if shifted && !cfg!(mve) { both_sides(spectrum, band) } else { spectrum.search(band) };
+    let shifted = view.layout.iq && band.has_offset();
+    let mut found = if shifted && !cfg!(mve) { both_sides(view, band) } else { view.search(band) };
     if shifted && cfg!(mve) && found.bin == band.offset {
-        found = both_sides(spectrum, band);
+        found = both_sides(view, band);
     }
     if band.has_offset() {
-        return beside_offset(spectrum, band, found);
+        return beside_offset(view, band, found);
     }
     // A search that knows the skirt needs only the peak and its neighbours.
     if let Some(skirt) = found.skirt {
         let mut place = MaybeUninit::<[Point; 3]>::uninit();
-        let three = spectrum.window(found.bin.wrapping_sub(1), &mut place);
+        let three = view.window(found.bin.wrapping_sub(1), &mut place);
         return from_scan(&found, band, skirt, three.first_chunk()?);
     }
-    with_skirt(spectrum, band, &found)
+    with_skirt(view, band, &found)
 }
 
 /// The scan of a band's bins on both sides of the offset, whose power counts in the total.
 #[inline(never)] // a band without one has a shorter way
-fn both_sides<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
-    band: Band,
-) -> Scan {
+fn both_sides(view: &View, band: Band) -> Scan {
     let Band { low, high, offset } = band;
     let sides = [(low, offset.wrapping_sub(1)), (offset.wrapping_add(1), high)];
-    let [below, above] = sides.map(|(low, high)| spectrum.search(Band { low, high, offset }));
+    let [below, above] = sides.map(|(low, high)| view.search(Band { low, high, offset }));
     let found = below.then(above);
-    Scan { total: found.total.wrapping_add(spectrum.power(offset)), ..found }
+    Scan { total: found.total.wrapping_add(view.power(offset)), ..found }
 }
 
 /// The peak of a band with an offset in it; the offset is neither the peak nor its neighbour nor a part of the floor.
 #[inline(never)] // a band without one has a shorter way
-fn beside_offset<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
-    band: Band,
-    mut found: Scan,
-) -> Option<Peak> {
+fn beside_offset(view: &View, band: Band, mut found: Scan) -> Option<Peak> {
     let Band { low, high, offset } = band;
     if found.bin == offset && found.power > 0 {
         // Seldom: the offset was the strongest, of a real record.
         found = Scan::from(low as usize);
         for k in (low..=high).filter(|&k| k != offset) {
-            found.see(k as usize, spectrum.power(k));
+            found.see(k as usize, view.power(k));
         }
-        found.total = found.total.wrapping_add(spectrum.power(offset));
+        found.total = found.total.wrapping_add(view.power(offset));
     }
-    let mut peak = with_skirt(spectrum, band, &found)?;
+    let mut peak = with_skirt(view, band, &found)?;
     let [before, _, after] = &mut peak.power;
     match offset.wrapping_sub(peak.bin) {
         -1 => *before = 0,
         1 => *after = 0,
-        _ if apart::<R, N>(offset, peak.bin) > SKIRT => {
-            peak.floor = peak.floor.saturating_sub(spectrum.power(offset));
+        _ if view.layout.apart(offset, peak.bin) > SKIRT => {
+            peak.floor = peak.floor.saturating_sub(view.power(offset));
             peak.floor_bins = peak.floor_bins.saturating_sub(1);
         }
         _ => {}
@@ -251,47 +239,35 @@ fn beside_offset<R: Record, const N: usize>(
 
 /// The peak, with the skirt taken from its bins if the search does not know it. This is a function of its own, because the search's loop
 /// needs all registers.
-fn with_skirt<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
-    band: Band,
-    found: &Scan,
-) -> Option<Peak> {
+fn with_skirt(view: &View, band: Band, found: &Scan) -> Option<Peak> {
     let mut place = MaybeUninit::<[Point; AROUND]>::uninit();
-    let around = spectrum.window(found.bin.wrapping_sub(SKIRT), &mut place);
-    let skirt = found.skirt.unwrap_or_else(|| skirt::<R, N>(found.bin, band, around));
+    let around = view.window(found.bin.wrapping_sub(SKIRT), &mut place);
+    let skirt = found.skirt.unwrap_or_else(|| skirt(view.layout, found.bin, band, around));
     from_scan(found, band, skirt, middle(around)?)
 }
 
 /// The number of bin `k` in a band, if the band holds the bin: an I/Q record's bins have a number on each turn of the circle.
-fn named<R: Record, const N: usize>(band: Band, k: i32) -> Option<i32> {
+fn named(layout: &Layout, band: Band, k: i32) -> Option<i32> {
     let held = |name: &i32| (band.low..=band.high).contains(name);
     // A band that leaves out at least a skirt has no skirt round the ends of its numbers.
-    if !R::IQ || band.width().wrapping_add(SKIRT as u32) <= N as u32 {
+    if !layout.iq || band.width().wrapping_add(SKIRT as u32) <= layout.n as u32 {
         return Some(k).filter(held);
     }
-    let turn = const { N as i32 };
+    let turn = layout.n as i32;
     [k, k.wrapping_add(turn), k.wrapping_sub(turn)].into_iter().find(held)
 }
 
-/// Bins from one to another, round the circle for I/Q.
-pub(crate) fn apart<R: Record, const N: usize>(a: i32, b: i32) -> i32 {
-    Size { n: N, iq: R::IQ }.apart(a, b)
-}
-
 /// [`find`] by its definition in portable code. Tests compare kernels with it.
-pub fn find_portably<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
-    band: Band,
-) -> Option<Peak> {
-    let found = spectrum.search_portably(band);
+pub fn find_portably(view: &View, band: Band) -> Option<Peak> {
+    let found = view.search_portably(band);
     if band.has_offset() {
-        return beside_offset(spectrum, band, found);
+        return beside_offset(view, band, found);
     }
     let around: [Point; AROUND] = core::array::from_fn(|index| {
-        let x = spectrum.bin(found.bin.wrapping_sub(SKIRT).wrapping_add(index as i32));
+        let x = view.bin(found.bin.wrapping_sub(SKIRT).wrapping_add(index as i32));
         [x.re, x.im]
     });
-    let skirt = found.skirt.unwrap_or_else(|| skirt::<R, N>(found.bin, band, &around));
+    let skirt = found.skirt.unwrap_or_else(|| skirt(view.layout, found.bin, band, &around));
     from_scan(&found, band, skirt, middle(&around)?)
 }
 
@@ -320,13 +296,13 @@ fn from_scan(found: &Scan, band: Band, skirt: Skirt, three: &[Point; 3]) -> Opti
 }
 
 /// The skirt of a peak, from the bins around it that the band holds. In an I/Q record they may be on both sides of the numbers' ends.
-fn skirt<R: Record, const N: usize>(bin: i32, band: Band, around: &[Point]) -> Skirt {
+fn skirt(layout: &Layout, bin: i32, band: Band, around: &[Point]) -> Skirt {
     let (first, last) = (bin.wrapping_sub(SKIRT), bin.wrapping_add(SKIRT));
     let sum = |sum: u64, bin: &Point| sum.wrapping_add(power(*bin));
     if band.low <= first && last <= band.high {
         return Skirt { power: around.iter().fold(0, sum), points: around.len() as u32 };
     }
-    let held = around.iter().zip(first..).filter(|&(_, k)| named::<R, N>(band, k).is_some());
+    let held = around.iter().zip(first..).filter(|&(_, k)| named(layout, band, k).is_some());
     held.fold(Skirt { power: 0, points: 0 }, |skirt, (bin, _)| Skirt {
         power: sum(skirt.power, bin),
         points: skirt.points.wrapping_add(1),
@@ -337,16 +313,12 @@ fn skirt<R: Record, const N: usize>(bin: i32, band: Band, around: &[Point]) -> S
 ///
 /// Neither the skirt of the band's strongest line nor the skirt of the found peak counts as floor. The strongest line's leakage further out
 /// does: D bins away, a bin holds up to a quarter of the peak's power over D^2.
-pub fn within<R: crate::acquire::sample::Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
-    band: Band,
-    gate: Band,
-) -> Option<Peak> {
-    let whole = find(spectrum, band)?;
+pub fn within(view: &View, band: Band, gate: Band) -> Option<Peak> {
+    let whole = find(view, band)?;
     let mut bin = gate.low;
     let mut most = 0;
     for k in gate.low..=gate.high {
-        let power = spectrum.power(k);
+        let power = view.power(k);
         if power > most && k != band.offset {
             (bin, most) = (k, power);
         }
@@ -356,20 +328,20 @@ pub fn within<R: crate::acquire::sample::Record, const N: usize>(
     }
     let (mut floor, mut floor_bins) = (whole.floor, whole.floor_bins);
     for k in bin.wrapping_sub(SKIRT)..=bin.wrapping_add(SKIRT) {
-        let Some(k) = named::<R, N>(band, k) else {
+        let Some(k) = named(view.layout, band, k) else {
             continue;
         };
-        if apart::<R, N>(k, whole.bin) > SKIRT && k != band.offset {
-            floor = floor.wrapping_sub(spectrum.power(k));
+        if view.layout.apart(k, whole.bin) > SKIRT && k != band.offset {
+            floor = floor.wrapping_sub(view.power(k));
             floor_bins = floor_bins.saturating_sub(1);
         }
     }
-    let apart = u64::from(apart::<R, N>(bin, whole.bin).unsigned_abs());
+    let apart = u64::from(view.layout.apart(bin, whole.bin).unsigned_abs());
     if apart > SKIRT as u64 {
         let leakage = whole.power[1] / (4 * apart * apart).max(1);
         floor = floor.saturating_add(leakage.saturating_mul(u64::from(floor_bins)));
     }
-    let power = |k: i32| if k == band.offset { 0 } else { spectrum.power(k) };
+    let power = |k: i32| if k == band.offset { 0 } else { view.power(k) };
     let neighbours = [bin.wrapping_sub(1), bin.wrapping_add(1)].map(power);
     Some(Peak { bin, power: [neighbours[0], most, neighbours[1]], floor, floor_bins })
 }
@@ -378,8 +350,9 @@ pub fn within<R: crate::acquire::sample::Record, const N: usize>(
 mod tests {
     use super::*;
     use crate::acquire::codes::Codes;
-    use crate::acquire::sample::{Iq, Real};
-    use crate::spectrum::engine::I32;
+    use crate::acquire::sample::{Iq, Real, Record};
+    use crate::spectrum::Spectrum;
+    use crate::spectrum::engine::{Engine, I32};
 
     fn search(band: Band, powers: &[u64]) -> Option<Peak> {
         let mut search = Search::new(band);
@@ -452,8 +425,8 @@ mod tests {
                     let band = Band { low, high, offset };
                     let mut search = Search::new(band);
                     (low..=high).for_each(|k| search.push(spectrum.power(k)));
-                    let (expected, found) = (search.finish(), find(&spectrum, band));
-                    assert_eq!(found, find_portably(&spectrum, band), "{band:?}");
+                    let (expected, found) = (search.finish(), find(&spectrum.view(), band));
+                    assert_eq!(found, find_portably(&spectrum.view(), band), "{band:?}");
                     let place = |peak: Option<Peak>| peak.map(|peak| (peak.bin, peak.power));
                     assert_eq!(place(found), place(expected), "{band:?}");
                 }

@@ -116,11 +116,13 @@ pub(super) const fn worth(best: u64) -> u64 {
 #[cfg_attr(short_products, allow(dead_code))]
 #[inline]
 pub(super) fn sure(points: &[Point], outermost: usize) -> u64 {
-    let length = points.len();
-    let pair = |k: usize| points.get(k).zip(points.get(length.wrapping_sub(k)));
-    let groups = outermost.max(1).div_ceil(SPARSE)..length / 2 / SPARSE;
-    let pairs = groups.filter_map(|group| pair(group * SPARSE));
-    let sums = pairs.map(|(&p, &q)| power(p).wrapping_add(power(q)));
+    // The first points of the chunks, from bin `outermost` to the middle and from its mirror down to the middle.
+    let chunks = points.as_chunks::<SPARSE>().0;
+    let (first, middle) = (outermost.max(1).div_ceil(SPARSE), chunks.len() / 2);
+    let lower = chunks.get(first..middle).unwrap_or_default();
+    let upper = chunks.get(middle + 1..(chunks.len() + 1).saturating_sub(first));
+    let pairs = lower.iter().zip(upper.unwrap_or_default().iter().rev());
+    let sums = pairs.map(|(&[p, ..], &[q, ..])| power(p).wrapping_add(power(q)));
     worth(sums.fold(0, u64::max) >> 1).wrapping_sub(1)
 }
 
@@ -133,28 +135,24 @@ pub(super) fn sure(points: &[Point], outermost: usize) -> u64 {
 /// growth bound).
 #[cfg_attr(any(dsp, short_products), allow(dead_code))]
 #[inline(never)] // its loop needs all registers
-pub fn real<const M: usize>(points: &[Point], table: &[Packed], outermost: usize) -> Scan {
-    let middle = M / 2;
+pub fn real(points: &[Point], table: &[Packed], outermost: usize) -> Scan {
+    let (length, middle) = (points.len(), points.len() / 2);
     let mut scan = Scan::from(middle);
-    // The compiler knows an array's length, so it checks no index below.
-    let (Ok(points), Some(table)) = (<&[Point; M]>::try_from(points), table.get(..middle)) else {
+    let lowest = outermost.max(1).min(middle);
+    let parts = points.split_at_checked(middle).zip(table.get(lowest..middle));
+    let Some(((below, [centre, above @ ..]), table)) = parts else {
         return scan;
     };
-    let mut total = points.get(middle).map_or(0, |&x| power(x));
+    let mut total = power(*centre);
     scan.power = total.max(sure(points, outermost));
     let mut least = worth(scan.power);
-    // At most the middle, as the compiler sees: it checks no index below.
-    let end = (middle + 1).saturating_sub(outermost.max(1)).min(middle);
-    for away in 1..end {
-        let (lower, upper) = (middle - away, middle + away);
-        let pair = points.get(lower).zip(points.get(upper));
-        let Some(((&p, &q), &w)) = pair.zip(table.get(lower)) else {
-            return scan;
-        };
+    let below = below.get(lowest..).unwrap_or_default().iter().rev();
+    let pairs = below.zip(above).zip(table.iter().rev());
+    for (away, ((&p, &q), &w)) in (1..).zip(pairs) {
         let sum = power(p).wrapping_add(power(q));
         total = total.wrapping_add(sum);
         if sum >= least {
-            scan.split(lower, M, split_pair(p, q, w));
+            scan.split(middle.wrapping_sub(away), length, split_pair(p, q, w));
             least = worth(scan.power);
         }
     }
@@ -196,7 +194,7 @@ mod tests {
     }
 
     fn compare<const M: usize>(points: &[Point]) {
-        let scan = real::<M>(points, twiddle::splits(2 * M), 1);
+        let scan = real(points, twiddle::splits(2 * M), 1);
         let total = points[1..].iter().map(|&x| power(x)).sum::<u64>();
         assert_eq!(scan.total, total);
         match by_bins::<M>(points) {

@@ -19,6 +19,7 @@
 
 use super::fft::integer::{Pair, Point};
 use super::fft::twiddle::{MAX_LENGTH, sin_cos};
+use super::layout::Layout;
 #[cfg(dsp)]
 use super::zoom_dsp as engine;
 use crate::acquire::sample::Record;
@@ -65,7 +66,7 @@ pub(super) const fn shift<R: Record, const N: usize>() -> u32 {
 
 impl Oscillator {
     /// The factors for centre bin `centre` of records of `n` samples, 64 to 4096. Cost: n/32 sines.
-    pub fn new<R: Record>(centre: i32, n: usize) -> Self {
+    pub fn new(centre: i32, &Layout { n, iq, .. }: &Layout) -> Self {
         let mut factors = [[0; 2]; LONGEST];
         let mut sample = 0i32;
         for pair in factors.as_chunks_mut::<2>().0.iter_mut().take(n / POINTS / 2) {
@@ -73,11 +74,8 @@ impl Oscillator {
                 let turn = circle::<f32>(centre.wrapping_mul(k), n as i32);
                 [q15(turn.re), q15(-turn.im)]
             });
-            *pair = if R::IQ {
-                [first, second]
-            } else {
-                [[first[0], second[0]], [first[1], second[1]]]
-            };
+            *pair =
+                if iq { [first, second] } else { [[first[0], second[0]], [first[1], second[1]]] };
             sample = sample.wrapping_add(2);
         }
         Self { centre, factors }
@@ -307,7 +305,7 @@ mod tests {
         };
         let x: std::vec::Vec<_> = (0..N).map(tone).collect();
         let samples = core::array::from_fn(|n| R::from_parts([x[n].re as i16, x[n].im as i16]));
-        let zoom = Oscillator::new::<R>(centre, N).zoom::<R, N>(&samples);
+        let zoom = Oscillator::new(centre, Layout::of::<R, N>()).zoom::<R, N>(&samples);
         for i in -8..=8 {
             let [re, im] = zoom.bin(centre + i).map(f64::from);
             let got = Complex::new(re, im) * f64::from(zoom.unit());
@@ -333,7 +331,7 @@ mod tests {
     #[test]
     fn rails_do_not_overflow() {
         let samples = [-32768i16; 4096];
-        let zoom = Oscillator::new::<Real>(16, 4096).zoom::<Real, 4096>(&samples);
+        let zoom = Oscillator::new(16, Layout::of::<Real, 4096>()).zoom::<Real, 4096>(&samples);
         // Bin 0 holds the whole offset.
         let [re, im] = zoom.bin(0).map(|part| f64::from(part) * f64::from(zoom.unit()));
         assert!(re.hypot(im) > 8e7);
@@ -343,7 +341,7 @@ mod tests {
                 f64::unit(100.0 * n as f64 / 1024.0 % 1.0) * 32767.0 * core::f64::consts::SQRT_2;
             [z.re, z.im].map(|part| part.round().clamp(-32768.0, 32767.0) as i16)
         });
-        let zoom = Oscillator::new::<Iq>(100, 1024).zoom::<Iq, 1024>(&strongest);
+        let zoom = Oscillator::new(100, Layout::of::<Iq, 1024>()).zoom::<Iq, 1024>(&strongest);
         let [re, im] = zoom.bin(100).map(|part| f64::from(part) * f64::from(zoom.unit()));
         assert!((re.hypot(im) / 1024.0 / 32767.0 - 1.22).abs() < 0.1, "{}", re.hypot(im));
     }

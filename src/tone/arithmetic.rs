@@ -25,13 +25,10 @@ impl Arithmetic {
 }
 
 impl Arithmetic {
-    /// The arithmetic that a program has for this choice. On a microcontroller without a floating-point unit a program without the feature
-    /// `methods` has [`Arithmetic::Fixed`] alone: its floats would take 30 KB, and thirty times the instructions. With the feature
-    /// `one-arithmetic` a microcontroller's program has only the arithmetic of its core.
+    /// The arithmetic that a program has for this choice. A microcontroller's program without the feature `both-arithmetics` has its core's
+    /// alone, [`Arithmetic::from_core`]: the other one would take 20 to 30 KB.
     pub const fn available(self) -> Self {
-        if cfg!(all(target_os = "none", not(target_abi = "eabihf"), not(feature = "methods"))) {
-            Arithmetic::Fixed
-        } else if cfg!(all(target_os = "none", feature = "one-arithmetic")) {
+        if cfg!(all(target_os = "none", not(feature = "both-arithmetics"))) {
             Self::from_core()
         } else {
             self

@@ -9,10 +9,8 @@
 use super::detection::{Detector, Relaxation, Spread};
 use super::fit::{Fit, Model, take_around};
 use super::noise::ring::LocalNoise;
-use super::observer::{Observer, Statistic, Test};
-use crate::acquire::sample::Record;
+use super::observer::{Statistic, Tap, Test};
 use crate::math::scalar::Scalar;
-use crate::spectrum::Size;
 use crate::spectrum::bins::REACH;
 use crate::spectrum::neighbourhood::Neighbourhood;
 use num_complex::Complex;
@@ -21,14 +19,14 @@ use num_complex::Complex;
 ///
 /// A band of noise may end within the bins of the fit. The bins beyond its end have no noise, so the mean of all bins is too low.
 #[inline(never)]
-pub(super) fn louder_half<R: Record, const N: usize>(near: &Neighbourhood, fit: &Fit<f32>) -> f32 {
-    let (peak, unit) = (near.peak, near.unit());
+pub(super) fn louder_half(near: &Neighbourhood, fit: &Fit<f32>) -> f32 {
+    let (layout, peak, unit) = (near.layout, near.peak, near.unit());
     let mut bins = [Complex::new(0.0, 0.0); WIDTH];
     for (bin, &[re, im]) in bins.iter_mut().zip(near.within(REACH)) {
         *bin = Complex::new(re as f32 * unit, im as f32 * unit);
     }
-    take_around(Size { n: N, iq: R::IQ }, &Model::new(fit, peak, N as i32), peak, &mut bins);
-    louder(&bins, R::IQ, N, peak)
+    take_around(layout, &Model::new(fit, peak, near.n as i32), peak, &mut bins);
+    louder(&bins, near.iq, near.n, peak)
 }
 
 /// The mean power of the louder half of the residual in the bins around a peak, 3 to 16 away on each side. The ends of a real spectrum may
@@ -80,7 +78,7 @@ impl Detector {
         beside: &LocalNoise,
         wide: &LocalNoise,
         tested: bool,
-        observer: impl Observer,
+        observer: impl Tap,
     ) -> bool {
         let Self { n, ref spread, .. } = *self;
         let (least, (mean, dof)) = (spread.least, spread.mean());
@@ -111,12 +109,7 @@ impl Detector {
     /// Whether the line exceeds this mean of the louder half of the residual, or a floor that is a test of its own is as loud as the floor
     /// of white noise.
     #[inline(never)]
-    pub(super) fn exceeds_half(
-        &self,
-        louder: f32,
-        floor: Option<f32>,
-        observer: impl Observer,
-    ) -> bool {
+    pub(super) fn exceeds_half(&self, louder: f32, floor: Option<f32>, observer: impl Tap) -> bool {
         /// Effective degrees of freedom of this mean, as if it were not a maximum.
         const DOF: f32 = 72.0;
         /// In white noise the louder half has 1.25 times the floor's power, and exceeds this factor four times in a thousand.

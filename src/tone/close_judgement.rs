@@ -5,7 +5,7 @@ use super::FrequencyDrift;
 use super::fit::Fit;
 use super::judge::{FitTest, LineClass, SUSPICIOUS};
 use super::noise::ring::LocalNoise;
-use super::observer::{Observer, Statistic, Test};
+use super::observer::{Statistic, Tap, Test};
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::engine::RESIDUE;
 
@@ -66,7 +66,7 @@ pub(super) fn judge_closely(
     from_end: i32,
     beside: &LocalNoise,
     bends: bool,
-    observer: impl Observer,
+    observer: impl Tap,
 ) -> FitTest {
     let LocalNoise { noise, loud, .. } = beside;
     let unit = 2.0 / (noise.power * n as f32);
@@ -251,13 +251,7 @@ struct Tail {
 impl Tail {
     /// [`Tail::exceeds`], reported to an observer.
     #[inline]
-    fn is_exceeded(
-        &self,
-        statistic: Statistic,
-        power: f32,
-        free: f32,
-        observer: impl Observer,
-    ) -> bool {
+    fn is_exceeded(&self, statistic: Statistic, power: f32, free: f32, observer: impl Tap) -> bool {
         observer.hear(|| Test { statistic, value: power, limit: self.limit(free) });
         self.exceeds(power, free)
     }

@@ -16,13 +16,11 @@ use super::close_detection::{beside, louder_half};
 use super::fit::Fit;
 use super::measure::Options;
 use super::noise::ring::{self, LocalNoise};
-use super::observer::{Observer, Statistic, Test};
-use crate::acquire::sample::Record;
+use super::observer::{Statistic, Tap, Test};
 use crate::math::scalar::Scalar as _;
-use crate::spectrum::Spectrum;
-use crate::spectrum::engine::Engine;
 use crate::spectrum::neighbourhood::{Neighbourhood, has_ring};
 use crate::spectrum::peak::{Peak, SKIRT};
+use crate::spectrum::view::View;
 use core::f32::consts::LN_2;
 
 /// The probability per block that noise alone passes for a tone.
@@ -202,32 +200,28 @@ impl Threshold {
 
 /// Tests whether the line at a peak exceeds the floor of its band, the noise of the louder side, and the fit's residual from 3 bins on.
 /// Returns the factor by which sigma must grow because noise may have raised the line, or `None` if the line is not detected.
-pub(super) fn stands_out<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
+pub(super) fn stands_out(
+    view: &View,
     near: &Neighbourhood,
     peak: &Peak,
     fit: &Fit<f32>,
     beside: &LocalNoise,
     options: &Options,
-    observer: impl Observer,
+    observer: impl Tap,
 ) -> Option<f32> {
-    let (exponent, threshold) = (near.exponent, options.threshold);
+    let &Neighbourhood { n, iq, exponent, .. } = near;
+    let threshold = options.threshold;
     let arithmetic = options.arithmetic.available();
-    let detector = Detector::from_peak(N, R::IQ, peak, fit, exponent, threshold, observer)?;
+    let detector = Detector::from_peak(n, iq, peak, fit, exponent, threshold, observer)?;
     if let Some(decided) = detector.decided(beside, observer) {
         return decided.then_some(1.0);
     }
-    let wide = ring::loud(spectrum, near, fit, beside, arithmetic).unwrap_or(*beside);
+    let wide = ring::loud(view, near, fit, beside, arithmetic).unwrap_or(*beside);
     let floor = peak.floor as f32 * f32::two_to(2 * exponent) / peak.floor_bins.max(1) as f32;
     let tested = detector.tested(&wide, Threshold::has_floor(peak).then_some(floor));
     let exceeds = detector.exceeds(beside, &wide, tested, observer)
-        && (!const { N < HUMPED && has_ring(N, R::IQ) }
-            || !beside.has_sides()
-            || detector.exceeds_half(
-                louder_half::<R, N>(near, fit),
-                tested.then_some(floor),
-                observer,
-            ));
+        && (!(n < HUMPED && has_ring(n, iq) && beside.has_sides())
+            || detector.exceeds_half(louder_half(near, fit), tested.then_some(floor), observer));
     exceeds.then(|| detector.selection(beside.noise.power))
 }
 
@@ -252,7 +246,7 @@ impl Detector {
         fit: &Fit<f32>,
         exponent: i32,
         threshold: Threshold,
-        observer: impl Observer,
+        observer: impl Tap,
     ) -> Option<Self> {
         let over_floor = |power: f32, threshold: &Threshold| {
             if Threshold::has_floor(peak) {
@@ -282,7 +276,7 @@ impl Detector {
 
     /// Whether the ring of this noise is enough to decide, and the decision: most lines are far above it, and end here.
     #[inline(always)]
-    fn decided(&self, beside: &LocalNoise, observer: impl Observer) -> Option<bool> {
+    fn decided(&self, beside: &LocalNoise, observer: impl Tap) -> Option<bool> {
         let Spread { least, middle, bins: [nearest, next, _], .. } = self.spread;
         let ring = beside.loud * self.n as f32;
         let (_, mut most) = ordered(least, ring);
@@ -310,7 +304,7 @@ impl Detector {
         noise: f32,
         dof: f32,
         less: Relaxation,
-        observer: impl Observer,
+        observer: impl Tap,
     ) -> bool {
         observer.exceeds(statistic, self.power / noise, self.threshold.beside(dof, less))
     }

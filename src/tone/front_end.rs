@@ -19,14 +19,15 @@
 //! stronger one. Its phase and size follow from the other line: with `Y` the bins, `Y[N/2 - k] = +-j cot(w) Y[k]*`. Nearer to a quarter of
 //! the rate the weaker line drowns in noise, and the exchange leaves no trace.
 
-use super::observer::{Observer, Statistic, Test};
+use super::observer::{Statistic, Tap, Test};
 use crate::acquire::codes::Codes;
-use crate::acquire::sample::Record;
+use crate::acquire::sample::Data;
 use crate::math::products;
 use crate::math::scalar::Scalar as _;
-use crate::spectrum::Spectrum;
-use crate::spectrum::engine::{Engine, RESIDUE};
+use crate::spectrum::engine::RESIDUE;
+use crate::spectrum::layout::Layout;
 use crate::spectrum::peak::Peak;
+use crate::spectrum::view::View;
 #[cfg(doc)]
 use crate::tone::evidence::EDGE_BINS;
 use crate::tone::fit::{Fit, Model};
@@ -107,27 +108,22 @@ impl Glance {
     /// integers, so that most records end here. Every fault that [`Sight`] would find passes, but for a chance of noise. `unit` is the unit
     /// of the bins, `noise` the power per sample.
     #[inline]
-    pub fn from_search<R: Record, const N: usize>(
-        spectrum: &Spectrum<R, N, impl Engine>,
-        peak: &Peak,
-        codes: Codes,
-        [unit, noise]: [f32; 2],
-    ) -> Self {
+    pub fn from_search(view: &View, peak: &Peak, codes: Codes, [unit, noise]: [f32; 2]) -> Self {
         let [below, power, above] = peak.power;
         let line = below.wrapping_add(power).wrapping_add(above);
         // `OTHERS`: three bins have 0.85 to 1 of the line.
-        let others =
-            peak.floor > line >> 5 && line.wrapping_add(peak.floor) > full::<R, N>(spectrum, codes);
-        let exchanged = !R::IQ
-            && exchange(N, peak.bin).is_some_and(|[place, apart]| {
+        let others = peak.floor > line >> 5 && line.wrapping_add(peak.floor) > full(view, codes);
+        let Layout { n, iq, .. } = *view.layout;
+        let exchanged = !iq
+            && exchange(n, peak.bin).is_some_and(|[place, apart]| {
                 // The line of an exchange has `cot^2(w)` of the power, and the cotangent is larger than the angle `pi apart / N`: a fifth of
                 // its square is enough. Below 2^63 / N^2 times 2 (N / 3)^2.
                 let square = u64::from(apart.unsigned_abs().pow(2));
-                let least = (power / const { (N * N) as u64 }).wrapping_mul(2 * square);
+                let least = (power >> (2 * view.layout.bits())).wrapping_mul(2 * square);
                 let mut places = MaybeUninit::uninit();
-                let bin = spectrum.window::<1>(place, &mut places);
+                let bin = view.window::<1>(place, &mut places);
                 let there = bin.first().map_or(0, |&bin| products::power(bin));
-                there > least && there as f32 * (unit * unit) > LEAST * (noise * N as f32)
+                there > least && there as f32 * (unit * unit) > LEAST * (noise * n as f32)
             });
         Self { others, exchanged }
     }
@@ -144,12 +140,12 @@ impl Glance {
 /// The least power that three tones may have is 0.24 of the square of half the range, see [`most`], and at least half of it is in the bins.
 /// A line of amplitude `A` has the power `(A N / 2)^2` in its bins, `(A N)^2` in an I/Q record, and its three bins have 0.85 of that power.
 #[inline]
-fn full<R: Record, const N: usize>(spectrum: &Spectrum<R, N, impl Engine>, codes: Codes) -> u64 {
+fn full(view: &View, codes: Codes) -> u64 {
     let (low, high) = codes.rails();
     let range = u64::from(i32::from(high).abs_diff(i32::from(low)).wrapping_add(1));
     // Stored units are 2^exponent codes.
-    let shift =
-        const { 2 * N.ilog2() as i32 - if R::IQ { 6 } else { 8 } } - 2 * spectrum.exponent();
+    let shares = if view.layout.iq { 6 } else { 8 };
+    let shift = 2 * (view.layout.bits() as i32 - view.exponent) - shares;
     let square = 3 * (range * range);
     if shift < 0 {
         square.wrapping_shr(shift.unsigned_abs())
@@ -173,34 +169,34 @@ fn exchange(n: usize, peak: i32) -> Option<[i32; 2]> {
 /// power per sample beside the tone.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "one place calls it")]
-pub(super) fn has_fault<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
-    samples: &[R::Sample; N],
+pub(super) fn has_fault(
+    view: &View,
+    data: Data,
     peak: &Peak,
     codes: Codes,
     unit: f32,
     fit: &Fit<f32>,
     noise: f32,
-    observer: impl Observer,
+    observer: impl Tap,
 ) -> bool {
     let others = || peak.floor as f32 * (unit * unit);
     observer.hear(|| other_lines(others(), fit));
-    let glance = Glance::from_search(spectrum, peak, codes, [unit, noise]);
+    let glance = Glance::from_search(view, peak, codes, [unit, noise]);
     if glance.is_clear() {
         return false;
     }
     let sight = Sight {
-        n: N,
-        iq: R::IQ,
+        n: view.layout.n,
+        iq: view.layout.iq,
         peak: peak.bin,
         fit,
         noise,
         others: others(),
-        pairs: R::pairs(samples),
+        pairs: data.pairs,
         codes,
-        bin: &|k| in_codes(spectrum.bin(k), unit),
+        bin: &|k| in_codes(view.bin(k), unit),
         // A cast saturates.
-        lines: &|least| lines(spectrum, peak.bin, (least / (unit * unit)) as u64),
+        lines: &|least| lines(view, peak.bin, (least / (unit * unit)) as u64),
     };
     sight.is_faulty(glance, observer)
 }
@@ -231,7 +227,7 @@ pub struct Sight<'a> {
     pub noise: f32,
     /// The power of the band's other bins, without the peak's skirt, in squared codes.
     pub others: f32,
-    /// The samples, see [`Record::pairs`].
+    /// The samples, see [`Data`].
     pub pairs: &'a [[i16; 2]],
     /// The converter's codes.
     pub codes: Codes,
@@ -246,7 +242,7 @@ impl Sight<'_> {
     /// pass over the samples where the range is filled and other bins have a thirty-second of the tone's power, and a pass over the bins
     /// where there is more power than three tones can have.
     #[inline(never)]
-    pub fn is_faulty(&self, glance: Glance, observer: impl Observer) -> bool {
+    pub fn is_faulty(&self, glance: Glance, observer: impl Tap) -> bool {
         let line = self.fit.line.norm_sqr();
         let share = self.others / line - self.leakage();
         let wraps = glance.others
@@ -285,7 +281,7 @@ impl Sight<'_> {
 
     /// Whether the samples have more power than tones between the rails can have; the weakest tone that counts has the power `least`.
     #[inline(never)]
-    fn wraps(&self, share: f32, least: f32, observer: impl Observer) -> bool {
+    fn wraps(&self, share: f32, least: f32, observer: impl Tap) -> bool {
         let range = self.range();
         let power = mean_square(self.pairs) / (range * range);
         let [two, three] = most(share);
@@ -298,7 +294,7 @@ impl Sight<'_> {
 
     /// Whether another line has the size and phase of the tone before an exchange.
     #[inline(never)]
-    fn is_exchanged(&self, observer: impl Observer) -> bool {
+    fn is_exchanged(&self, observer: impl Tap) -> bool {
         let Some([place, _]) = exchange(self.n, self.peak) else {
             return false;
         };
@@ -406,12 +402,9 @@ pub const fn counted(iq: bool, n: usize, peak: i32) -> ([i32; 2], u32) {
 
 /// The lines whose power exceeds `least` in stored units, wherever they are between two bins; not many more than [`TOLD`] are counted.
 #[inline(never)]
-pub fn lines<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
-    peak: i32,
-    least: u64,
-) -> u32 {
-    let ([mut k, left], cut) = counted(R::IQ, N, peak);
+pub fn lines(view: &View, peak: i32, least: u64) -> u32 {
+    let Layout { n, iq, .. } = *view.layout;
+    let ([mut k, left], cut) = counted(iq, n, peak);
     let mut left = left as usize;
     let mut lines = Lines::new(least);
     let mut places = [MaybeUninit::uninit(); WINDOW];
@@ -420,17 +413,17 @@ pub fn lines<R: Record, const N: usize>(
         let count = left.min(WINDOW);
         // The bin after these may make a line together with the last.
         let seen = left.min(WINDOW + 1);
-        if lines.is_quiet() && spectrum.is_below(least >> 1, k, seen) {
+        if lines.is_quiet() && view.is_below(least >> 1, k, seen) {
             lines.pass(count as u32);
             k = k.wrapping_add(count as i32);
             left = left.saturating_sub(count);
             continue;
         }
         read += 1;
-        let window = spectrum.fill(k, places.get_mut(..count).unwrap_or_default());
+        let window = view.fill(k, places.get_mut(..count).unwrap_or_default());
         for &bin in window {
             // Where an offset is, there is no line.
-            let offset = R::IQ && (k == 0 || k == const { N as i32 });
+            let offset = iq && (k == 0 || k == n as i32);
             lines.see(if offset { 0 } else { products::power(bin) });
             k = k.wrapping_add(1);
         }

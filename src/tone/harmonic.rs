@@ -18,8 +18,8 @@ use super::measure::Options;
 use super::phasor::ToneWithPhase;
 use crate::acquire::sample::Stamp;
 use crate::math::scalar::Scalar as _;
-use crate::spectrum::Source;
 use crate::spectrum::peak::Band;
+use crate::spectrum::view::View;
 use crate::tone::{Reasons, Tone};
 use fixed::types::I0F32;
 
@@ -58,7 +58,7 @@ const CONTRADICTS: f32 = 5.0;
 /// One line alone does not determine its order. It is taken for the lowest order that the band admits; if the band admits another, the
 /// verdict is [`Unresolved`](super::verdict::Verdict::Unresolved).
 pub fn harmonic(
-    source: &dyn Source,
+    view: &View,
     tone: &Tone,
     band: Band,
     clipped: u32,
@@ -66,8 +66,8 @@ pub fn harmonic(
     options: &Options,
     order: u32,
 ) -> Option<Harmonic> {
-    let lines = every_line(source, tone, clipped, stamp, options);
-    let n = source.size().n;
+    let lines = every_line(view, tone, clipped, stamp, options);
+    let n = view.layout.n;
     let order = order.clamp(1, HIGHEST) as i32;
     let mut best: Option<Series> = None;
     let mut rivals = 0;

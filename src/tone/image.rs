@@ -4,7 +4,7 @@
 use super::detection::{Relaxation, Threshold};
 use super::measure::residual;
 use super::noise::Noise;
-use super::observer::{Observer, Statistic, Test};
+use super::observer::{Statistic, Tap, Test};
 use crate::math::products;
 use crate::spectrum::neighbourhood::{Neighbourhood, has_ring};
 use crate::tone::fit::{Fit, Model};
@@ -17,7 +17,7 @@ pub(super) fn mirrored(
     near: &Neighbourhood,
     fit: &Fit<f32>,
     noise: &Noise,
-    observer: impl Observer,
+    observer: impl Tap,
 ) -> bool {
     let Neighbourhood { n, peak, .. } = *near;
     let Some(least) = Least::new(n, peak, fit) else {
@@ -44,7 +44,7 @@ pub fn mirrored_in_rest(
     peak: i32,
     fit: &Fit<f32>,
     noise: &Noise,
-    observer: impl Observer,
+    observer: impl Tap,
     rest: impl Fn(i32) -> f32,
 ) -> bool {
     Least::new(n, peak, fit).is_some_and(|least| least.is_exceeded(n, fit, noise, observer, rest))
@@ -96,7 +96,7 @@ impl Least {
         n: usize,
         fit: &Fit<f32>,
         noise: &Noise,
-        observer: impl Observer,
+        observer: impl Tap,
         rest: impl Fn(i32) -> f32,
     ) -> bool {
         // The noise of a short record has the image in it; the fit's own bins have the image only where it is near.
@@ -123,7 +123,7 @@ impl Least {
     }
 
     /// Reports the power of the strongest bin at the image's place.
-    fn hear(&self, power: f32, fit: &Fit<f32>, observer: impl Observer) {
+    fn hear(&self, power: f32, fit: &Fit<f32>, observer: impl Tap) {
         let (statistic, line) = (Statistic::ImageShare, fit.line.norm_sqr());
         observer.hear(|| Test { statistic, value: power / line, limit: self.power / line });
     }

@@ -16,7 +16,7 @@
 
 use super::close_judgement::judge_closely;
 use super::noise::ring::LocalNoise;
-use super::observer::{Observer, Statistic, Test};
+use super::observer::{Statistic, Tap, Test};
 use crate::tone::fit::Fit;
 
 /// A line's class, by its residual.
@@ -69,7 +69,7 @@ pub fn judge(
     from_end: i32,
     beside: &LocalNoise,
     bends: bool,
-    observer: impl Observer,
+    observer: impl Tap,
 ) -> FitTest {
     let LocalNoise { noise, .. } = beside;
     // In units of half the noise power of a bin, so that each degree of freedom leaves 1.

@@ -9,9 +9,9 @@ use super::detection::HOLD;
 use super::frequency::Frequency;
 use super::zoomed::{self, Found, Place};
 use super::{noise::ratio, zoomed::noise};
-use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
-use crate::spectrum::zoom::Oscillator;
+use crate::spectrum::layout::Layout;
+use crate::spectrum::zoom::{Oscillator, Zoom};
 use crate::tone::Tone;
 use crate::tone::sigma::CLIPPED;
 
@@ -50,12 +50,12 @@ pub struct Lock {
 impl Lock {
     /// A lock on a tone that a whole search found; `None` if the tone is too near an end of the
     /// spectrum (see [`zoomed::centre`]) or its noise is not known.
-    pub fn on<R: Record>(tone: &Tone, n: usize) -> Option<Self> {
-        let centre = zoomed::centre::<R>(tone.frequency.cycles_f32() * n as f32, n)?;
-        let (noise, power) = strength::<R>(tone)?;
+    pub fn on(tone: &Tone, layout: &Layout) -> Option<Self> {
+        let centre = zoomed::centre(tone.frequency.cycles_f32() * layout.n as f32, layout)?;
+        let (noise, power) = strength(layout.iq, tone)?;
         Some(Self {
-            oscillator: Oscillator::new::<R>(centre, n),
-            place: Place::new(centre, n),
+            oscillator: Oscillator::new(centre, layout),
+            place: Place::new(centre, layout),
             noise,
             power,
             age: 0,
@@ -63,50 +63,54 @@ impl Lock {
     }
 
     /// Moves an existing lock to the tone; false if the tone is beyond the lock's reach.
-    pub fn renew<R: Record>(&mut self, tone: &Tone, n: usize) -> bool {
-        let Some((noise, power)) = strength::<R>(tone) else { return false };
+    pub fn renew(&mut self, tone: &Tone, layout: &Layout) -> bool {
+        let Some((noise, power)) = strength(layout.iq, tone) else { return false };
         (self.noise, self.power, self.age) = (noise, power, 0);
-        self.place.reaches(tone.frequency.cycles_f32() * n as f32)
+        self.place.reaches(tone.frequency.cycles_f32() * layout.n as f32)
     }
 
-    /// Measures a tone `expected` at this many cycles per sample; `None` if the tone is not seen well, so that the block must be searched
-    /// whole. `clipped` samples touch a rail.
-    pub fn measure<R: Record, const N: usize>(
+    /// Moves the lock's centre so that it reaches a tone `expected` at this many cycles per sample; `None` if there is no such centre.
+    pub fn aim(&mut self, expected: f32, layout: &Layout) -> Option<&Oscillator> {
+        let bins = expected * layout.n as f32;
+        if !self.place.reaches(bins) {
+            let centre = zoomed::centre(bins, layout)?;
+            self.oscillator = Oscillator::new(centre, layout);
+            self.place = Place::new(centre, layout);
+        }
+        Some(&self.oscillator)
+    }
+
+    /// Measures the tone to which [`Lock::aim`] has turned, in the block's zoom; `None` if the tone is not seen well, so that the block must
+    /// be searched whole. `clipped` samples touch a rail.
+    pub fn measure(
         &mut self,
-        samples: &[R::Sample; N],
+        zoom: &Zoom,
         expected: f32,
         clipped: u32,
+        layout: &Layout,
     ) -> Option<Tone> {
-        let bins = expected * N as f32;
-        if !self.place.reaches(bins) {
-            let centre = zoomed::centre::<R>(bins, N)?;
-            self.oscillator = Oscillator::new::<R>(centre, N);
-            self.place = Place::new(centre, N);
-        }
-        let zoom = self.oscillator.zoom::<R, N>(samples);
+        let &Layout { n, iq, .. } = layout;
         let centre = self.oscillator.centre();
-        let found = self.place.fit::<R>(&zoom, bins - centre as f32)?;
-        let seen = noise::<R>(&found, N);
-        let strong = found.explained > STRENGTH * self.noise * N as f32;
+        let found = self.place.fit(zoom, expected * n as f32 - centre as f32)?;
+        let seen = noise(iq, &found, n);
+        let strong = found.explained > STRENGTH * self.noise * n as f32;
         let faded = found.amplitude_squared < FADED * self.power;
-        if !strong || faded || seen > EXCESS * self.noise || clipped as f32 > CLIPPED * N as f32 {
+        if !strong || faded || seen > EXCESS * self.noise || clipped as f32 > CLIPPED * n as f32 {
             return None;
         }
         self.noise += RENEWAL * (seen - self.noise);
         self.power = found.amplitude_squared;
         self.age = self.age.saturating_add(1);
-        self.tone::<R>(&found, N)
+        self.tone(&found, layout)
     }
 
-    // Inlined where the length is known at compile time.
-    #[inline]
-    fn tone<R: Record>(&self, found: &Found, n: usize) -> Option<Tone> {
+    fn tone(&self, found: &Found, &Layout { n, iq, .. }: &Layout) -> Option<Tone> {
         let length = n as f32;
         let sigma = (length * self.noise / (found.information + found.information)).root();
         Some(Tone {
             frequency: Frequency::from_bins(self.oscillator.centre(), found.offset, n)?,
             sigma: sigma / length,
-            snr: ratio(R::IQ, n, found.amplitude_squared, self.noise),
+            snr: ratio(iq, n, found.amplitude_squared, self.noise),
             amplitude: found.amplitude_squared.root(),
             ..Tone::ZERO
         })
@@ -114,8 +118,8 @@ impl Lock {
 }
 
 /// The noise power per sample and the square of the amplitude.
-fn strength<R: Record>(tone: &Tone) -> Option<(f32, f32)> {
-    let share = if R::IQ { 1.0 } else { 0.5 };
+fn strength(iq: bool, tone: &Tone) -> Option<(f32, f32)> {
+    let share = if iq { 1.0 } else { 0.5 };
     let power = tone.amplitude * tone.amplitude;
     let noise = share * power / tone.snr;
     (noise > 0.0 && noise.is_finite()).then_some((noise, power))

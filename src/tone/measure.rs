@@ -1,4 +1,4 @@
-//! From the samples of a block to a tone with sigma and verdict: `block` transforms and searches, `weigh` takes the further steps of
+//! From the transform of a block to a tone with sigma and verdict: `weigh` takes the further steps of
 //! [the crate's list](crate#how-a-block-becomes-a-tone).
 //!
 //! One fit of a tone to the bins around the peak gives offset, amplitude and residual ([`fit`]); a ring of bins beside them
@@ -26,26 +26,27 @@ use super::detection::{Threshold, stands_out};
 use super::effort::Effort;
 use super::evidence::{EDGE_BINS, Evidence, edge_bins};
 use super::fit::leaked::{Leakage, Nearest};
-use super::fit::{self, Fit, FitStart, Reach};
+use super::fit::{self, Fit, FitNear, FitStart, Reach};
 use super::frequency::Frequency;
 use super::front_end::has_fault;
 use super::image::mirrored;
 use super::judge::{FitTest, LineClass, judge};
 use super::noise::ring::{self, LocalNoise};
 use super::noise::{Noise, ratio};
-use super::observer::{Observer, Statistic, Step, Test};
+use super::observer::{Observer, Statistic, Step, Tap, Test};
 use super::sigma::{CLIPPED, sigma_bins, with_rounding};
 use super::{FrequencyDrift, Reasons, Tone};
 use crate::acquire::codes::Codes;
-use crate::acquire::sample::{Record, Stamp, Statistics};
+use crate::acquire::sample::{Data, Stamp};
 use crate::carrier::Width;
 use crate::math::scalar::Scalar;
 use crate::methods::registry::Method;
 use crate::plan::Terms;
-use crate::spectrum::engine::{Engine, RESIDUE};
+use crate::spectrum::engine::RESIDUE;
+use crate::spectrum::layout::Layout;
 use crate::spectrum::neighbourhood::{Neighbourhood, Places};
-use crate::spectrum::peak::{self, Peak};
-use crate::spectrum::{Size, Source, Spectrum};
+use crate::spectrum::peak::Peak;
+use crate::spectrum::view::View;
 
 /// The parameters of a tone's measurement beside the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,16 +73,19 @@ pub struct Options {
 ///
 /// If more than 1 % of the samples clip, noise and sigma come from the other samples (see [`CensoredFit`]), whatever the method. The
 /// censored fit costs one more pass over the samples.
-pub fn measure<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
-    samples: &[R::Sample; N],
+#[expect(clippy::too_many_arguments, reason = "what a stage is counted by")]
+pub fn measure(
+    view: &View,
+    fit_near: FitNear,
+    data: Data,
     peak: &Peak,
     codes: Codes,
     clipped: u32,
     stamp: &Stamp,
     options: &Options,
 ) -> Tone {
-    let (mut tone, evidence) = weigh(spectrum, samples, peak, codes, clipped, stamp, options, ());
+    let (mut tone, evidence) =
+        weigh(view, fit_near, data, peak, codes, clipped, stamp, options, ());
     tone.conclude(&evidence);
     tone
 }
@@ -89,107 +93,126 @@ pub fn measure<R: Record, const N: usize>(
 /// No tone.
 const NO_TONE: (Tone, Evidence) = (Tone::ZERO, Evidence::NO_TONE);
 
-/// Measures a block, and leaves the verdict to the caller: returns the number of samples that touch a rail, the tone, so far good, and the
-/// evidence. `mend` may edit the spectrum once the peak is found.
-#[inline(always)]
-pub(crate) fn block<R: Record, const N: usize, E: Engine>(
-    spectrum: &mut Spectrum<R, N, E>,
-    samples: &[R::Sample; N],
-    stamp: &Stamp,
-    terms: &Terms,
-    mend: impl FnOnce(&mut Spectrum<R, N, E>, &Peak),
-    observer: impl Observer,
-) -> (u32, Tone, Evidence) {
-    let Terms { codes, band, rate_hz, ref options, .. } = *terms;
-    let clipped = Statistics::clipped::<R>(samples, codes);
-    spectrum.transform(samples, codes);
-    let (mut tone, mut evidence) = match peak::find(spectrum, band) {
-        Some(peak) => {
-            mend(spectrum, &peak);
-            weigh(spectrum, samples, &peak, codes, clipped, stamp, options, observer)
-        }
-        None => NO_TONE,
-    };
-    evidence.outside = evidence.found && tone.is_outside(band, N);
-    if clipped > 0 {
-        evidence.beyond = Statistics::beyond::<R>(samples, codes);
+/// A block whose samples are transformed: what the measurement reads.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Block<'a> {
+    /// The samples.
+    pub data: Data<'a>,
+    /// The fit for this kind of record.
+    pub fit_near: FitNear,
+    /// Samples that touch a rail.
+    pub clipped: u32,
+    /// The strongest line of the band, if there is one.
+    pub peak: Option<Peak>,
+    /// Where and when the block was taken.
+    pub stamp: &'a Stamp,
+    /// The plan.
+    pub terms: &'a Terms,
+}
+
+impl Block<'_> {
+    /// Measures the block, and leaves the verdict to the caller: returns the tone, so far good, and the evidence.
+    pub fn measured(&self, view: &View) -> (Tone, Evidence) {
+        self.measured_by(view, ())
     }
-    tone.rate_hz = rate_hz;
-    (clipped, tone, evidence)
+
+    /// [`Block::measured`] with every test reported to `observer`.
+    pub fn explained(&self, view: &View, observer: &dyn Observer) -> (Tone, Evidence) {
+        self.measured_by(view, observer)
+    }
+
+    #[inline(always)]
+    fn measured_by(&self, view: &View, observer: impl Tap) -> (Tone, Evidence) {
+        let &Self { data, fit_near, clipped, ref peak, stamp, terms } = self;
+        let &Terms { codes, band, rate_hz, ref options, .. } = terms;
+        let (mut tone, mut evidence) = match peak {
+            Some(peak) => {
+                weigh(view, fit_near, data, peak, codes, clipped, stamp, options, observer)
+            }
+            None => NO_TONE,
+        };
+        evidence.outside = evidence.found && tone.is_outside(band, view.layout.n);
+        tone.rate_hz = rate_hz;
+        (tone, evidence)
+    }
 }
 
 /// Measures as [`measure`] does, and leaves the verdict to a caller with more evidence: returns the tone, so far good, and the evidence.
 #[expect(clippy::too_many_arguments, reason = "one more than measure, for who listens")]
-pub(crate) fn weigh<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
-    samples: &[R::Sample; N],
+#[inline(never)] // one for those who listen, one for those who do not
+fn weigh(
+    view: &View,
+    fit_near: FitNear,
+    data: Data,
     peak: &Peak,
     codes: Codes,
     clipped: u32,
     stamp: &Stamp,
     options: &Options,
-    observer: impl Observer,
+    observer: impl Tap,
 ) -> (Tone, Evidence) {
+    let Layout { n, iq, .. } = *view.layout;
     let arithmetic = options.arithmetic.available();
     let mut places = Places::new();
-    let around = &Neighbourhood::read(spectrum, peak.bin, &mut places);
+    let around = &Neighbourhood::read(view, peak.bin, &mut places);
     let mut by_method = None;
     if !options.method.is_least_squares() {
         // A checked plan has no method that its records or the program cannot use.
-        let Ok(offset) = options.method.offset_target(spectrum, samples, peak.bin) else {
+        let Ok(offset) = options.method.offset_target(view, data, peak.bin) else {
             return NO_TONE;
         };
         by_method = Some(offset.to_num::<f32>());
     }
     // Fit: in place, because it would be copied.
     let reach = options.reach;
-    let Some(fit) = &mut fit::fit_near::<R, N>(around, arithmetic, reach, FitStart::Usual) else {
+    let Some(fit) = &mut fit_near(around, arithmetic, reach, FitStart::Usual) else {
         return NO_TONE;
     };
     // Noise. An edge of it beside the tone is unusual.
-    let ring = ring::beside::<R, N>(around, fit, arithmetic);
-    let clipped = clipped as f32 / N as f32;
+    let ring = ring::beside(around, fit, arithmetic);
+    let clipped = clipped as f32 / n as f32;
     // In software floats a fit to few bins takes a quarter of a block's time.
     let may_refine = clipped <= CLIPPED && matches!(arithmetic, Arithmetic::Float);
     let nearest = || Nearest::from_neighbourhood(around);
     let (mut beside, mut leakage) = (ring, Leakage::default());
     observer.hear(|| beside.edge());
     if beside.has_edge() {
-        leakage = unusual::at_edge(&mut beside, may_refine.then(nearest).as_ref(), fit, N);
+        leakage = unusual::at_edge(&mut beside, may_refine.then(nearest).as_ref(), fit, n);
     }
     let noise = beside.noise.power;
     // Judgement. A line that is not a steady tone takes more steps to the fit's end. A clipped tone has harmonics, which no step lessens.
     let bends = stamp.segment.bends();
     let judge_step = |fit: &Fit<f32>, step| {
         observer.begin(step);
-        judge_unless_clipped(fit, N, around.from_end(), &beside, clipped, bends, observer)
+        judge_unless_clipped(fit, n, around.from_end(), &beside, clipped, bends, observer)
     };
     let mut judgement = judge_step(fit, Step::Usual);
     observer.judged(&judgement, true);
     if judgement.line != LineClass::Steady && clipped <= CLIPPED {
         let usual = judgement;
-        judgement =
-            unusual::further(spectrum, around, options, &beside, fit, usual, judge_step, observer);
+        judgement = unusual::further(
+            view, fit_near, around, options, &beside, fit, usual, judge_step, observer,
+        );
     }
     let FitTest { line: mut class, variance_inflation } = judgement;
     // Sigma, of a clipped record by its other samples.
     let mut inflated = noise * variance_inflation;
     let mut censored = None;
     if clipped > CLIPPED {
-        censored = CensoredFit::from_fit(Part::first::<R>(samples), codes, peak.bin, fit);
+        censored = CensoredFit::from_fit(Part::first(data), codes, peak.bin, fit);
         // If the line is not a single tone, its residual counts.
         if class == LineClass::Steady {
-            inflated = unusual::near_of(&censored, fit, N, clipped, inflated);
+            inflated = unusual::near_of(&censored, fit, n, clipped, inflated);
         }
     }
-    let mut sigma = sigma_bins(fit, N, inflated);
+    let mut sigma = sigma_bins(fit, n, inflated);
     if clipped > CLIPPED {
         sigma = unusual::widened(&censored, sigma, inflated, clipped);
     }
     // Detection: the factor by which the selection of a tone near the threshold widens sigma; none if the line is not detected.
     beside.loud = beside.loud.max(leakage.loud);
-    let mut selection = stands_out(spectrum, around, peak, fit, &beside, options, observer);
-    let image = R::IQ && mirrored(around, fit, &beside.noise, observer);
+    let mut selection = stands_out(view, around, peak, fit, &beside, options, observer);
+    let image = iq && mirrored(around, fit, &beside.noise, observer);
     if may_refine && class == LineClass::Unresolved {
         let refined = leakage.refined(&nearest(), noise, fit, sigma);
         observer.hear(|| Test::new(Statistic::Nearest, sigma / refined, 1.0));
@@ -209,14 +232,14 @@ pub(crate) fn weigh<R: Record, const N: usize>(
         && class != LineClass::Unresolved
         && !image
         && clipped <= CLIPPED
-        && edge_bins_at(R::IQ, N, peak.bin, fit.offset) >= EDGE_BINS
-        && has_fault(spectrum, samples, peak, codes, around.unit(), fit, noise, observer);
+        && edge_bins_at(iq, n, peak.bin, fit.offset) >= EDGE_BINS
+        && has_fault(view, data, peak, codes, around.unit(), fit, noise, observer);
     // Verdict, by the evidence.
     sigma *= selection.unwrap_or(1.0);
     if let Some(offset) = by_method {
-        sigma = unusual::by_method::<R>(N, options.method, offset, fit, inflated, sigma);
+        sigma = unusual::by_method(iq, n, options.method, offset, fit, inflated, sigma);
     }
-    let unseen = unseen(around.engine_error, &options.width, sigma, fit, N, reported_noise);
+    let unseen = unseen(around.engine_error, &options.width, sigma, fit, n, reported_noise);
     let moving = class == LineClass::Moving;
     // A core without an FPU has no time for the rise of a steady line.
     let seen = bends && options.arithmetic.available() == Arithmetic::Float;
@@ -225,27 +248,26 @@ pub(crate) fn weigh<R: Record, const N: usize>(
         found: true,
         detected: selection.is_some(),
         line: class,
-        drift: (moving || seen).then(|| FrequencyDrift::from_fit(fit, N, noise)),
+        drift: (moving || seen).then(|| FrequencyDrift::from_fit(fit, n, noise)),
         image,
         front_end,
         gap: stamp.gap,
-        // Both are the samples' alone, see `block`.
+        // Both are the whole record's, see `Block`.
         outside: false,
         beyond: 0,
         clipped,
         edge_bins: f32::INFINITY,
         sigma: 0.0,
     };
-    tone(Size { n: N, iq: R::IQ }, peak.bin, fit, reported_noise, [sigma, unseen], evidence)
-        .unwrap_or(NO_TONE)
+    tone(view.layout, peak.bin, fit, reported_noise, [sigma, unseen], evidence).unwrap_or(NO_TONE)
 }
 
 /// The rise of the frequency of the tone at bin `peak` within the record; `None` if least squares finds no tone.
 ///
 /// Cost: that of [`measure`] once more.
-pub fn rise(source: &dyn Source, peak: i32, options: &Options) -> Option<FrequencyDrift> {
+pub fn rise(view: &View, peak: i32, options: &Options) -> Option<FrequencyDrift> {
     let mut places = Places::new();
-    let near = Neighbourhood::read(source, peak, &mut places);
+    let near = Neighbourhood::read(view, peak, &mut places);
     let fit = fit::fit_in_floats(&near, options.reach, FitStart::Usual)?;
     let beside = ring::beside_in_floats(&near, &fit);
     Some(FrequencyDrift::from_fit(&fit, near.n, beside.noise.power))
@@ -261,7 +283,7 @@ fn judge_unless_clipped(
     beside: &LocalNoise,
     clipped: f32,
     bends: bool,
-    observer: impl Observer,
+    observer: impl Tap,
 ) -> FitTest {
     if clipped <= CLIPPED {
         return judge(fit, n, from_end, beside, bends, observer);
@@ -295,7 +317,7 @@ fn unseen(engine: f32, width: &Width, sigma: f32, fit: &Fit<f32>, n: usize, nois
 /// power per sample, `sigma` the deviation in bins of the noise alone, `unseen` the variance in squared bins that does not show as noise.
 #[inline(always)] // where the size is known at compile time, nothing is divided
 pub(super) fn tone(
-    Size { n, iq }: Size,
+    &Layout { n, iq, .. }: &Layout,
     peak: i32,
     fit: &Fit<f32>,
     noise: f32,

@@ -1,7 +1,7 @@
 //! The tests behind a verdict, reported to an observer.
 //!
-//! A measurement reports each test to an [`Observer`]: the statistic, its limit and whether the test fired. A board has no observer, `()`,
-//! and pays nothing: not an instruction, not a byte. The observer of `picket explain` writes every test down.
+//! A measurement reports each test to an [`Observer`]: the statistic, its limit and whether the test fired. A block without an observer
+//! pays nothing. The observer of `picket explain` writes every test down.
 
 use super::judge::FitTest;
 use crate::model::Answer;
@@ -136,28 +136,36 @@ pub enum Step {
     BesideDrift,
 }
 
-/// The receiver of the tests behind a verdict. Every method does nothing unless overridden. The observer is copied into every function that
-/// tests: it is a shared reference, or nothing.
-pub trait Observer: Copy {
-    /// Receives a test. The closure is evaluated only by an observer that needs it.
-    #[inline(always)]
-    fn hear(self, _test: impl FnOnce() -> Test) {}
+/// The receiver of the tests behind a verdict. Every method does nothing unless overridden.
+pub trait Observer {
+    /// Receives a test.
+    fn test(&self, _test: Test) {}
 
     /// A fit begins to be judged.
-    #[inline(always)]
-    fn begin(self, _step: Step) {}
+    fn begin(&self, _step: Step) {}
 
     /// Receives the conclusion of the last fit's tests, and whether the fit replaces the one before.
-    #[inline(always)]
-    fn judged(self, _judgement: &FitTest, _taken: bool) {}
+    fn judged(&self, _judgement: &FitTest, _taken: bool) {}
 
     /// Receives the last fit at a peak bin, and the noise power per sample beside the tone.
-    #[inline(always)]
-    fn fitted(self, _peak: i32, _fit: &Fit<f32>, _noise: f32) {}
+    fn fitted(&self, _peak: i32, _fit: &Fit<f32>, _noise: f32) {}
 
     /// Receives the joint fit's answer on a line that is not a steady tone. The answer is taken unless it is unresolved.
-    #[inline(always)]
-    fn joint(self, _answer: &Answer) {}
+    fn joint(&self, _answer: &Answer) {}
+}
+
+/// An observer or none: `()` costs a measurement nothing, since nothing of it is compiled.
+pub trait Tap: Copy {
+    /// [`Observer::test`]. The closure is evaluated only for an observer.
+    fn hear(self, test: impl FnOnce() -> Test);
+    /// [`Observer::begin`].
+    fn begin(self, step: Step);
+    /// [`Observer::judged`].
+    fn judged(self, judgement: &FitTest, taken: bool);
+    /// [`Observer::fitted`].
+    fn fitted(self, peak: i32, fit: &Fit<f32>, noise: f32);
+    /// [`Observer::joint`].
+    fn joint(self, answer: &Answer);
 
     /// Makes a test, reports it, and returns whether it fired.
     #[inline(always)]
@@ -168,4 +176,33 @@ pub trait Observer: Copy {
     }
 }
 
-impl Observer for () {}
+impl Tap for () {
+    #[inline(always)]
+    fn hear(self, _: impl FnOnce() -> Test) {}
+    #[inline(always)]
+    fn begin(self, _: Step) {}
+    #[inline(always)]
+    fn judged(self, _: &FitTest, _: bool) {}
+    #[inline(always)]
+    fn fitted(self, _: i32, _: &Fit<f32>, _: f32) {}
+    #[inline(always)]
+    fn joint(self, _: &Answer) {}
+}
+
+impl Tap for &dyn Observer {
+    fn hear(self, test: impl FnOnce() -> Test) {
+        self.test(test());
+    }
+    fn begin(self, step: Step) {
+        Observer::begin(self, step);
+    }
+    fn judged(self, judgement: &FitTest, taken: bool) {
+        Observer::judged(self, judgement, taken);
+    }
+    fn fitted(self, peak: i32, fit: &Fit<f32>, noise: f32) {
+        Observer::fitted(self, peak, fit, noise);
+    }
+    fn joint(self, answer: &Answer) {
+        Observer::joint(self, answer);
+    }
+}

@@ -1,7 +1,6 @@
 //! Standard deviations of a frequency.
 
 use super::frequency::Frequency;
-use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
 use crate::tone::fit::Fit;
 
@@ -9,8 +8,8 @@ use crate::tone::fit::Fit;
 ///
 /// Asymptotic: for real records it holds away from DC and Nyquist. `snr` is per sample, like [`crate::tone::Tone::snr`]. Complex:
 /// `sqrt(6 / (4 pi^2 N snr))`; real: `sqrt(12 / (4 pi^2 N snr))` (Rife and Boorstyn 1974, for N^2 - 1 close to N^2).
-pub fn bound_bins<R: Record>(n: usize, snr: f32) -> f32 {
-    let share = if R::IQ { 0.151_981_78 } else { 0.303_963_55 };
+pub fn bound_bins(iq: bool, n: usize, snr: f32) -> f32 {
+    let share = if iq { 0.151_981_78 } else { 0.303_963_55 };
     (share / (n as f32 * snr)).root()
 }
 

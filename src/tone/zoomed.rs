@@ -20,9 +20,9 @@
 //! This fit is this project's own.
 
 use super::noise::ROUNDING;
-use crate::acquire::sample::Record;
 use crate::math::series::{circle, cosine, line_shape, sinc};
 use crate::spectrum::fft::twiddle::sin_cos;
+use crate::spectrum::layout::Layout;
 use crate::spectrum::zoom::{POINTS, Zoom};
 use num_complex::Complex;
 
@@ -67,6 +67,7 @@ const BIN: f32 = core::f32::consts::PI / POINTS as f32;
 pub struct Place {
     centre: i32,
     n: i32,
+    iq: bool,
     /// The distance from the centre to the bin of the constant offset, unless that bin is the centre.
     blind: i32,
     /// Cosine and sine of 2 pi c / N.
@@ -79,10 +80,10 @@ pub struct Place {
 ///
 /// A constant offset falls into the bins that are multiples of 32, wherever the centre is. But if the centre is such a multiple, the boxcar
 /// does not pass the offset at all.
-pub fn centre<R: Record>(bins: f32, n: usize) -> Option<i32> {
+pub fn centre(bins: f32, &Layout { n, iq, .. }: &Layout) -> Option<i32> {
     /// Bins from DC and Nyquist within which the zoom does not reach.
     const EDGE: f32 = 8.0;
-    if !(R::IQ || (EDGE..=n as f32 / 2.0 - EDGE).contains(&bins)) {
+    if !(iq || (EDGE..=n as f32 / 2.0 - EDGE).contains(&bins)) {
         return None;
     }
     let nearest = libm::rintf(bins) as i32;
@@ -175,8 +176,8 @@ impl Place {
     /// The first bin beside the centre.
     const FIRST: i32 = -WIDEST;
 
-    /// A centre bin of records of `n` samples. Cost: 28 sines.
-    pub fn new(centre: i32, n: usize) -> Self {
+    /// A centre bin of records of this kind and length. Cost: 28 sines.
+    pub fn new(centre: i32, &Layout { n, iq, .. }: &Layout) -> Self {
         let n = n.max(POINTS) as i32;
         let mut back = [Complex::new(0.0, 0.0); 2 * WIDEST as usize + 1];
         for (turn, i) in back.iter_mut().zip(Self::FIRST..) {
@@ -187,7 +188,7 @@ impl Place {
         let half = POINTS as i32 / 2;
         let blind = half - centre.wrapping_add(half).rem_euclid(POINTS as i32);
         let blind = if blind == 0 { i32::MAX } else { blind };
-        Self { centre, n, blind, turn: circle(centre, n), back }
+        Self { centre, n, iq, blind, turn: circle(centre, n), back }
     }
 
     /// Whether a tone at `bins` can be followed from this centre.
@@ -198,7 +199,7 @@ impl Place {
     /// The strongest tone near `expected`, a distance from the centre of at most 5 bins; `None` if
     /// there is nothing at all. Cost: some 900 operations, half of them again if a second
     /// evaluation is needed.
-    pub fn fit<R: Record>(&self, zoom: &Zoom, expected: f32) -> Option<Found> {
+    pub fn fit(&self, zoom: &Zoom, expected: f32) -> Option<Found> {
         let expected = (libm::rintf(expected) as i32).clamp(-FARTHEST, FARTHEST);
         let mut cells = Cells {
             peak: self.strongest(zoom, expected)?,
@@ -209,10 +210,10 @@ impl Place {
         let all = core::ptr::eq(cells.weights, &ALL);
         let dof = if all { 2 * CELLS - 3 } else { 2 * CELLS - 5 };
         let mut offset = cells.start();
-        let mut image = self.image::<R>(&cells, offset);
+        let mut image = self.image(&cells, offset);
         let mut found = None;
         for _ in 0..STEPS {
-            let step = cells.step::<R>(offset, &image);
+            let step = cells.step(self.iq, offset, &image);
             offset = near(offset + step.forward);
             let moved = step.forward * step.forward;
             let settled = moved <= SETTLED * SETTLED
@@ -222,7 +223,7 @@ impl Place {
                 break;
             }
             if (offset - image.from).abs() > FAR {
-                image = self.image::<R>(&cells, offset);
+                image = self.image(&cells, offset);
             }
         }
         let step = found?;
@@ -232,7 +233,7 @@ impl Place {
         // (a + j b) times D / h: D = sin(pi d) / sin(pi d / 32) from the strongest bin, h of the boxcar.
         let shape = POINTS as f32 * line_shape(offset) / sinc(x * x);
         let boxcar = (self.n as f32 / POINTS as f32) * sinc(v * v) / sinc(y * y);
-        let scale = (if R::IQ { 1.0 } else { 2.0 }) / (shape * boxcar);
+        let scale = (if self.iq { 1.0 } else { 2.0 }) / (shape * boxcar);
         let unit = zoom.unit();
         let power = unit * unit;
         Some(Found {
@@ -281,10 +282,10 @@ impl Place {
 
     /// The image of a tone at `offset` from the strongest bin: `r = h(2 c + d) / h(d)` and its slope over d. Without the slope the steps
     /// would still end at the right offset, but too slowly near bin 16.
-    fn image<R: Record>(&self, cells: &Cells, offset: f32) -> Image {
+    fn image(&self, cells: &Cells, offset: f32) -> Image {
         let twice = self.centre.wrapping_mul(2);
         let parts = parts_at(twice.wrapping_add(2 * cells.peak - REACH));
-        if R::IQ {
+        if self.iq {
             return Image { parts, ratio: 0.0, drift: 0.0, from: offset };
         }
         let d = offset + cells.peak as f32;
@@ -320,7 +321,7 @@ struct Image {
 impl Cells {
     /// The normal equations at an offset from the strongest bin. Shapes are scaled by sin x of
     /// that bin, which has the shape 1.
-    fn step<R: Record>(&self, offset: f32, image: &Image) -> Step {
+    fn step(&self, iq: bool, offset: f32, image: &Image) -> Step {
         let away = if offset.abs() < NEAREST { NEAREST } else { offset };
         let x = BIN * away;
         let (sin, cos) = (x * sinc(x * x), cosine(x * x));
@@ -328,14 +329,14 @@ impl Cells {
         let (height, tilt, drift) = (ratio * sin, ratio * BIN, image.drift * sin);
         // Relative to the strongest bin, so that the sums are of small numbers.
         let (middle, [sin_i, cos_i]) = (self.z[MIDDLE], image.parts[MIDDLE]);
-        let q = if R::IQ { 0.0 } else { height / (sin * cos_i + cos * sin_i) };
+        let q = if iq { 0.0 } else { height / (sin * cos_i + cos * sin_i) };
         let (mut re, mut im) = (Sums::new(middle.re / (1.0 + q)), Sums::new(middle.im / (1.0 - q)));
         let places = OWN.iter().zip(image.parts).zip(self.weights);
         for (z, ((own, &[sin_i, cos_i]), &weight)) in self.z.iter().zip(places) {
             // One over sin x_i.
             let inverse = weight / (sin * own.cos - cos * own.sin);
             let (p, slope) = (sin * inverse, own.slope * inverse * inverse);
-            if R::IQ {
+            if iq {
                 re.add(p, slope, z.re);
                 im.add(p, slope, z.im);
                 continue;
@@ -382,8 +383,8 @@ fn near(d: f32) -> f32 {
 }
 
 /// The noise power per sample in a fit's residual: a rough value, with some 23 degrees of freedom.
-pub fn noise<R: Record>(found: &Found, n: usize) -> f32 {
-    let parts = if R::IQ { 2.0 } else { 1.0 };
+pub fn noise(iq: bool, found: &Found, n: usize) -> f32 {
+    let parts = if iq { 2.0 } else { 1.0 };
     let floor = ROUNDING as f32 * parts;
     (2.0 * found.residual / (found.dof.max(1) as f32 * n as f32)).max(floor)
 }
@@ -463,7 +464,7 @@ const fn parts<const COUNT: usize>(first: i32) -> [[f32; 2]; COUNT] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::acquire::sample::{Iq, Real};
+    use crate::acquire::sample::{Iq, Real, Record};
     use crate::math::scalar::Scalar;
     use crate::spectrum::zoom::Oscillator;
 
@@ -476,8 +477,9 @@ mod tests {
             let z = f64::unit(turns.fract()) * amplitude;
             R::from_parts([z.re.round() as i16, z.im.round() as i16])
         });
-        let zoom = Oscillator::new::<R>(centre, N).zoom::<R, N>(&samples);
-        let found = Place::new(centre, N).fit::<R>(&zoom, 0.0).unwrap();
+        let layout = Layout::of::<R, N>();
+        let zoom = Oscillator::new(centre, layout).zoom::<R, N>(&samples);
+        let found = Place::new(centre, layout).fit(&zoom, 0.0).unwrap();
         let error = f64::from(found.offset) - offset;
         assert!(error.abs() < 3e-4, "N {N}, centre {centre}, offset {offset}: {error:e}");
         let ratio = f64::from(found.amplitude_squared).sqrt() / amplitude;

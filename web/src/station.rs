@@ -197,7 +197,7 @@ impl<R: Record, const N: usize> Station for Bench<R, N> {
         let lines = if R::IQ { N as f64 } else { N as f64 / 2.0 };
         let scale = 1.0 / lines / self.full_scale;
         let decibels = |power: f64| 10.0 * libm::log10(power * scale * scale + 1e-20);
-        let found = peak::find(spectrum, terms.band);
+        let found = peak::find(&spectrum.view(), terms.band);
         let floor = |peak: &Peak| peak.floor as f64 / f64::from(peak.floor_bins.max(1));
         let mut floor = found.as_ref().map_or(0.0, |peak| unit * floor(peak));
         let over = |peak: &Peak| f64::from(terms.options.threshold.over(peak.floor_bins));

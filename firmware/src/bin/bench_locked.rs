@@ -7,10 +7,11 @@
 use core::hint::black_box;
 use cortex_m_rt::entry;
 use picket_dsp::acquire::codes::Codes;
-use picket_dsp::acquire::sample::{Iq, Real, Record, Segment, Stamp, Statistics};
+use picket_dsp::acquire::sample::{Data, Iq, Real, Record, Segment, Stamp, Statistics};
 use picket_dsp::pipeline::Pipeline;
 use picket_dsp::plan::Plan;
 use picket_dsp::spectrum::fft::twiddle::MAX_LENGTH;
+use picket_dsp::spectrum::layout::Layout;
 use picket_dsp::spectrum::zoom::Oscillator;
 use picket_dsp::tone::Tone;
 use picket_dsp::tone::lock::Lock;
@@ -46,7 +47,7 @@ fn main() -> ! {
         decode::<Real>(&bytes, &mut samples);
         let (samples, stamp) = (black_box(&samples), header.timing().stamp(sequence.into(), false));
         let tone = count("whole", || pipeline.block(&stamp, samples)).tone;
-        count("clipped", || Statistics::clipped::<Real>(samples, plan.codes));
+        count("clipped", || Statistics::clipped(Data::of::<Real>(samples), plan.codes));
         stages(&tone, samples);
         follow(&mut tracker, &plan, stamp, samples);
     }
@@ -83,7 +84,8 @@ impl Equality {
     /// where the kernels may not load whole words.
     #[inline(never)]
     fn compare<R: Record, const N: usize>(&mut self) {
-        let oscillator = Oscillator::new::<R>(self.random.draw() as i32 % N as i32, N);
+        let oscillator =
+            Oscillator::new(self.random.draw() as i32 % N as i32, Layout::of::<R, N>());
         let mut buffer = [R::Sample::default(); MAX_LENGTH + 2];
         let (shape, weaker) = (self.random.draw() % 4, self.random.draw() % 16);
         let step = self.random.draw();
@@ -106,9 +108,9 @@ impl Equality {
             };
             let kernel = oscillator.zoom::<R, N>(samples);
             self.compared = self.compared.wrapping_add(1);
-            let clipped = Statistics::clipped::<R>(samples, Codes::signed::<16>());
-            let same =
-                clipped == Statistics::from_samples::<R>(samples, Codes::signed::<16>()).clipped;
+            let clipped = Statistics::clipped(Data::of::<R>(samples), Codes::signed::<16>());
+            let same = clipped
+                == Statistics::from_samples(Data::of::<R>(samples), Codes::signed::<16>()).clipped;
             if !same || kernel != oscillator.zoom_portably::<R, N>(samples) {
                 self.unequal = self.unequal.wrapping_add(1);
             }
@@ -120,12 +122,19 @@ impl Equality {
 fn stages(tone: &Tone, samples: &[i16; N]) {
     let expected = tone.frequency.cycles() as f32;
     let bins = expected * N as f32;
-    let Some(centre) = zoomed::centre::<Real>(bins, N) else { return };
-    let (oscillator, place) = (Oscillator::new::<Real>(centre, N), Place::new(centre, N));
+    let Some(centre) = zoomed::centre(bins, Layout::of::<Real, N>()) else { return };
+    let (oscillator, place) = (
+        Oscillator::new(centre, Layout::of::<Real, N>()),
+        Place::new(centre, Layout::of::<Real, N>()),
+    );
     let zoom = count("zoom", || oscillator.zoom::<Real, N>(samples));
-    count("fit", || place.fit::<Real>(&zoom, bins - centre as f32));
-    if let Some(mut lock) = Lock::on::<Real>(tone, N) {
-        count("lock", || lock.measure::<Real, N>(samples, expected, 0));
+    count("fit", || place.fit(&zoom, bins - centre as f32));
+    if let Some(mut lock) = Lock::on(tone, Layout::of::<Real, N>()) {
+        let layout = Layout::of::<Real, N>();
+        count("lock", || {
+            let zoom = lock.aim(expected, layout)?.zoom::<Real, N>(samples);
+            lock.measure(&zoom, expected, 0, layout)
+        });
     }
 }
 

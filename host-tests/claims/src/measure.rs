@@ -6,6 +6,7 @@ use crate::seen::{Seen, Trial};
 use picket_dsp::config::Config;
 use picket_dsp::solve::track::{State, Track};
 use picket_dsp::spectrum::engine;
+use picket_dsp::spectrum::layout::Layout;
 use picket_dsp::spectrum::zoom::Oscillator;
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::zoomed::{self, Place};
@@ -252,9 +253,12 @@ fn bursts<R: Record, const N: usize>(
 fn locked<R: Record, const N: usize>(case: &Case, run: &mut Run, bins: i32) -> Seen {
     let samples = samples::<R, N>(run, 0);
     let against = Against::new::<R>(case, run, 0);
-    let Some(centre) = zoomed::centre::<R>(bins as f32, N) else { return Seen::NOTHING };
-    let zoom = Oscillator::new::<R>(centre, N).zoom::<R, N>(&samples);
-    let Some(found) = Place::new(centre, N).fit::<R>(&zoom, (bins - centre) as f32) else {
+    let Some(centre) = zoomed::centre(bins as f32, Layout::of::<R, N>()) else {
+        return Seen::NOTHING;
+    };
+    let zoom = Oscillator::new(centre, Layout::of::<R, N>()).zoom::<R, N>(&samples);
+    let Some(found) = Place::new(centre, Layout::of::<R, N>()).fit(&zoom, (bins - centre) as f32)
+    else {
         return Seen::NOTHING;
     };
     let parts = if R::IQ { 2.0 } else { 1.0 };

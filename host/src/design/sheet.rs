@@ -1,6 +1,5 @@
 //! What a rate, a length and a level give, as numbers and as words: for the command and for the page.
 
-use picket_dsp::acquire::sample::{Iq, Real};
 use picket_dsp::config::SPEED_OF_LIGHT;
 use picket_dsp::tone::sigma::bound_bins;
 use std::fmt;
@@ -204,7 +203,7 @@ impl Design {
         let Question { wavelength_m, iq, snr_db, .. } = self.question;
         let bin_hz = self.rate_hz / n as f64;
         let snr = 10f64.powf(snr_db / 10.0) as f32;
-        let bound = if iq { bound_bins::<Iq>(n, snr) } else { bound_bins::<Real>(n, snr) };
+        let bound = bound_bins(iq, n, snr);
         let sigma_hz = f64::from(bound) * bin_hz;
         let (speed, half, metres) = (wavelength_m / 2.0, self.rate_hz / 2.0, self.metres());
         let load = |cycles: Option<u32>, core_hz: f64| {

@@ -64,7 +64,7 @@ fn tones(n: usize, snr_db: f64) -> Tones {
 /// The rms error over the bound.
 fn error(n: usize, snr_db: f64, tones: &[f64], found: &[f64]) -> f64 {
     let squares: f64 = tones.iter().zip(found).map(|(bins, found)| (bins - found).powi(2)).sum();
-    let bound = bound_bins::<Real>(n, 10f64.powf(snr_db / 10.0) as f32);
+    let bound = bound_bins(false, n, 10f64.powf(snr_db / 10.0) as f32);
     (squares / tones.len() as f64).sqrt() / f64::from(bound)
 }
 

@@ -51,7 +51,7 @@ pub fn code(elf: &Path, n: usize) -> Result<u64, RunError> {
 /// does nothing else, in the arithmetic of its core alone, built for size: its start-up and its vector table are counted, too. The image `frequency_only` answers
 /// without a verdict, `single` with one.
 pub fn program_memory(core: &Core, bin: &'static str) -> Result<u64, RunError> {
-    let features = &["mps2", "one-arithmetic"];
+    let features = &["cores"];
     let image = Firmware { bin, target: core.target, features, profile: Profile::Size };
     Ok(Footprint::from_elf(&image.build()?)?.flash)
 }

@@ -126,7 +126,7 @@ impl Campaign {
             Truth::Nominal => record.nominal_bins,
         };
         let snr = 10f64.powf(record.local_snr_db / 10.0);
-        let bound = f64::from(bound_bins::<R>(self.n, snr as f32));
+        let bound = f64::from(bound_bins(R::IQ, self.n, snr as f32));
         let answers = engine.measure(&record.samples, &self.estimators, false);
         for (tally, answer) in tallies.iter_mut().zip(answers) {
             let error = match R::IQ {

@@ -219,7 +219,7 @@ impl Sweep {
         let deviation =
             |mean_value: f64| ((square - mean_value * mean_value).max(0.0) / sums.count).sqrt();
         let rmse_se = ((fourth - square * square).max(0.0) / sums.count).sqrt() / (2.0 * rmse);
-        let bound = f64::from(bound_bins::<R>(self.n, 10f64.powf(snr_db / 10.0) as f32));
+        let bound = f64::from(bound_bins(R::IQ, self.n, 10f64.powf(snr_db / 10.0) as f32));
         let noisy = |x: f64| (bound > 0.0).then_some(x / bound);
         Row {
             method,

@@ -27,6 +27,10 @@ use crate::acquire::codes::Codes;
 use crate::acquire::sample::Record;
 use microfft::Complex32;
 
+/// The error in bins that the transform and the fit's `f32` add to the frequency of a strong line, see
+/// [`View::error`](crate::spectrum::view::View::error).
+pub const ERROR: f32 = 7.3e-8;
+
 /// A complex value, real part first, in units of bins.
 pub type Float = [f32; 2];
 
@@ -85,8 +89,8 @@ fn complex<const N: usize>(samples: &mut [Complex32]) {
 }
 
 /// Bin `k` of an I/Q record, or bin 0..=N/2 of a real one.
-pub fn bin<R: Record>(points: &[Float], k: usize) -> Point {
-    if R::IQ || (k > 0 && k < points.len()) {
+pub fn bin(points: &[Float], iq: bool, k: usize) -> Point {
+    if iq || (k > 0 && k < points.len()) {
         return points.get(k).copied().map_or([0; 2], whole);
     }
     // Bins 0 and N/2 are real.

@@ -84,6 +84,19 @@ pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]
     scale.exponent
 }
 
+/// The error in bins that this transform and the fit's `f32` add to the frequency of a strong line in a record of `n` samples, see
+/// [`View::error`](crate::spectrum::view::View::error).
+pub(crate) const fn error(n: usize, iq: bool) -> f32 {
+    match (n, iq) {
+        // Transforms of 2,048 points and more have factors of 32 bits.
+        (4096, true) => 7.7e-8,
+        (4096, false) | (2048, true) => 1.2e-7,
+        (2048, false) => 1.85e-6,
+        (_, false) => 1.7e-6,
+        (_, true) => 1.6e-6,
+    }
+}
+
 /// The factors of a transform, of 16 or of 32 bits.
 pub(super) enum Factors {
     Short(&'static [Triple]),

@@ -32,7 +32,7 @@ mod turn;
 use super::frequency::Frequency;
 use super::within;
 use crate::acquire::codes::{Between, Codes};
-use crate::acquire::sample::Record;
+use crate::acquire::sample::Data;
 use crate::math::scalar::Scalar;
 use crate::tone::fit::Fit;
 use crate::tone::fit::fixed::quantised;
@@ -106,23 +106,23 @@ impl CensoredFit {
     ///
     /// Cost: one pass over a sixth of the record, at its ends (I/Q: for each part), over all of it below 512 samples, and the cost of
     /// [`Lag`].
-    pub fn from_record<R: Record>(
-        samples: &[R::Sample],
+    pub fn from_record(
+        data: Data,
         codes: Codes,
         frequency: Frequency,
         tone: Complex<f32>,
     ) -> Option<Self> {
-        Self::from_parts(Part::first::<R>(samples), codes, frequency, (tone, 0), false)
+        Self::from_parts(Part::first(data), codes, frequency, (tone, 0), false)
     }
 
     /// [`CensoredFit::from_record`] by its definition in portable code. Tests compare kernels with it.
-    pub fn from_record_portably<R: Record>(
-        samples: &[R::Sample],
+    pub fn from_record_portably(
+        data: Data,
         codes: Codes,
         frequency: Frequency,
         tone: Complex<f32>,
     ) -> Option<Self> {
-        Self::from_parts(Part::first::<R>(samples), codes, frequency, (tone, 0), true)
+        Self::from_parts(Part::first(data), codes, frequency, (tone, 0), true)
     }
 
     /// The censored fit after a fit to the bins, compiled once for all kinds and lengths of records.

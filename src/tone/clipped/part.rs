@@ -1,6 +1,6 @@
 //! One part of a record's samples: the real one, I or Q.
 
-use crate::acquire::sample::Record;
+use crate::acquire::sample::Data;
 use heapless::VecView;
 
 /// One part of a record's samples: the only one of a real record, I or Q of an I/Q record. The type is not generic, so that programs hold
@@ -17,10 +17,10 @@ pub(in crate::tone) struct Part<'a> {
 
 impl<'a> Part<'a> {
     /// The first part of a record.
-    pub fn first<R: Record>(samples: &'a [R::Sample]) -> Self {
-        let numbers = R::pairs(samples).as_flattened();
-        let parts = if R::IQ { 2 } else { 1 };
-        Self { numbers, parts, which: 0, length: samples.len() }
+    pub fn first(data: Data<'a>) -> Self {
+        let numbers = data.parts();
+        let parts = if data.iq { 2 } else { 1 };
+        Self { numbers, parts, which: 0, length: numbers.len() / parts }
     }
 
     /// The other part, if there are two.

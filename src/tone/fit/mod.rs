@@ -29,9 +29,9 @@ use crate::math::scalar::Scalar;
 use crate::math::series::circle;
 use crate::spectrum::bins::{Bins, REACH, Rectangular};
 use crate::spectrum::fft::integer::Point;
-use crate::spectrum::fft::twiddle::sin_cos;
+use crate::spectrum::layout::{Distance, Layout};
 use crate::spectrum::neighbourhood::Neighbourhood;
-use crate::spectrum::{Size, Source};
+use crate::spectrum::view::View;
 use crate::tone::arithmetic::Arithmetic;
 use num_complex::Complex;
 
@@ -246,51 +246,62 @@ pub fn fit<T: Scalar, R: Record>(
 
 /// Fits a tone to the bins within `reach` of a peak, in either arithmetic; `None` if nothing can be fitted: no signal, or the
 /// peak of a real record at DC or Nyquist.
-///
-/// A program links the fits that it can reach: of its kind of records, of an arithmetic that is a constant, for its lengths.
-#[inline(always)]
-pub fn fit_near<R: Record, const N: usize>(
+pub type FitNear = fn(&Neighbourhood, Arithmetic, Reach, FitStart<f32>) -> Option<Fit<f32>>;
+
+/// The fit for records of kind `R`: a program with records of one kind links one of the two.
+pub const fn fit_near<R: Record>() -> FitNear {
+    if R::IQ { fit_near_iq } else { fit_near_real }
+}
+
+#[inline(never)]
+fn fit_near_real(
     near: &Neighbourhood,
     arithmetic: Arithmetic,
     reach: Reach,
     course: FitStart<f32>,
 ) -> Option<Fit<f32>> {
-    let Neighbourhood { peak, exponent, .. } = *near;
+    let Neighbourhood { layout, peak, exponent, .. } = *near;
     let bins = near.within(reach.bins());
-    match arithmetic {
-        Arithmetic::Fixed => fixed::fit_points::<R, N>(bins, peak, exponent, course),
-        Arithmetic::Float if R::IQ => {
-            iq::fit(&Bins::<f32, R, _>::from_points(N, peak, bins, exponent), reach.bins(), course)
+    match arithmetic.available() {
+        Arithmetic::Fixed => {
+            fixed::fit_real(layout.n as i32, peak, bins, layout.real, exponent, course)
         }
-        Arithmetic::Float => fit_points::<N>(bins, peak, exponent, course),
+        Arithmetic::Float => fit_points(layout, bins, peak, exponent, course),
     }
 }
 
-/// Fits a real tone to an odd number of bins around `peak`, in units of `2^exponent` codes. What depends on N alone is computed
-/// at compile time.
-#[inline(never)] // so that all who fit share one
-fn fit_points<const N: usize>(
-    points: &[Point],
-    peak: i32,
-    exponent: i32,
+#[inline(never)]
+fn fit_near_iq(
+    near: &Neighbourhood,
+    arithmetic: Arithmetic,
+    reach: Reach,
     course: FitStart<f32>,
 ) -> Option<Fit<f32>> {
-    real_points(N as i32, peak, points, exponent, course, const { &singles::<N>() })
+    let Neighbourhood { layout, peak, exponent, .. } = *near;
+    let bins = near.within(reach.bins());
+    match arithmetic.available() {
+        Arithmetic::Fixed => {
+            fixed::fit_iq(layout.n as i32, peak, bins, layout.quadrature, exponent, course)
+        }
+        Arithmetic::Float => {
+            let bins = Bins::<f32, Iq, _>::from_points(layout.n, peak, bins, exponent);
+            iq::fit(&bins, reach.bins(), course)
+        }
+    }
 }
 
-/// [`fit_points`] with a table. A page takes the table once for all lengths, since its size counts; elsewhere the table is part of each
-/// length's fit, which saves 2,000 instructions.
-#[inline(always)]
-fn real_points(
-    n: i32,
-    peak: i32,
+/// Fits a real tone to an odd number of bins around `peak`, in units of `2^exponent` codes.
+#[inline(never)] // so that all who fit share one
+fn fit_points(
+    layout: &Layout,
     points: &[Point],
+    peak: i32,
     exponent: i32,
     course: FitStart<f32>,
-    table: &[Distance<f32>; REACH + 1],
 ) -> Option<Fit<f32>> {
-    let (centre, beside) = bins(points, table)?;
-    Some(real::fit(n, peak, centre, beside, course)?.scaled(f32::two_to(exponent)))
+    let (centre, beside) = bins(points, layout.distances)?;
+    let fit = real::fit(layout.n as i32, peak, centre, beside, course)?;
+    Some(fit.scaled(f32::two_to(exponent)))
 }
 
 /// [`fit_near`] in floats, for a record of any kind and length.
@@ -299,12 +310,12 @@ pub(crate) fn fit_in_floats(
     reach: Reach,
     course: FitStart<f32>,
 ) -> Option<Fit<f32>> {
-    let &Neighbourhood { n, iq, peak, .. } = near;
+    let &Neighbourhood { layout, peak, .. } = near;
     let unit = near.unit();
     let bins = near.within(reach.bins()).iter();
     let bins = bins.map(|&[re, im]| Complex::new(re as f32 * unit, im as f32 * unit));
     let bins: heapless::Vec<_, { 2 * REACH + 1 }> = first(bins);
-    fit_around(Size { n, iq }, &bins, peak, course)
+    fit_around(layout, &bins, peak, course)
 }
 
 /// The middle one of a fit's bins, and the bins beside it.
@@ -326,58 +337,43 @@ fn bins<'a>(
 /// and 2 hold too little to explain its residual.
 ///
 /// Cost: three times that of a fit.
-pub(crate) fn fit_beside_slow<R: Record, const N: usize>(
-    source: &dyn Source,
+pub(crate) fn fit_beside_slow(
+    view: &View,
     near: &Neighbourhood,
     arithmetic: Arithmetic,
     reach: Reach,
     fit: &Fit<f32>,
     noise: f32,
 ) -> Option<Fit<f32>> {
-    let Neighbourhood { peak, exponent, .. } = *near;
-    if R::IQ || !(slow::LOWEST..slow::HIGHEST).contains(&peak) {
+    let Neighbourhood { layout, peak, exponent, .. } = *near;
+    let n = layout.n;
+    if layout.iq || !(slow::LOWEST..slow::HIGHEST).contains(&peak) {
         return None;
     }
-    let model = Model::new(fit, peak, N as i32);
+    let model = Model::new(fit, peak, n as i32);
     let unit = f32::two_to(exponent);
     let slow = [1, 2].map(|k| {
-        let Complex { re, im } = source.bin(k);
+        let Complex { re, im } = view.bin(k);
         (Complex::new(re as f32, im as f32) * unit - model.bin(false, k)).norm_sqr()
     });
-    if !slow::may_explain(slow, fit.residual - super::measure::expected(fit, N) * noise) {
+    if !slow::may_explain(slow, fit.residual - super::measure::expected(fit, n) * noise) {
         return None;
     }
     let bins = near.within(reach.bins());
-    match arithmetic {
-        Arithmetic::Fixed => fixed::fit_beside_slow::<N>(bins, peak, exponent),
-        Arithmetic::Float => beside_slow(N as i32, peak, bins, exponent, const { &singles::<N>() }),
+    match arithmetic.available() {
+        Arithmetic::Fixed => fixed::fit_beside_slow(layout, bins, peak, exponent),
+        Arithmetic::Float => beside_slow(layout, peak, bins, exponent),
     }
 }
 
 /// [`real::fit_beside_slow`] to an odd number of bins around `peak`, in units of `2^exponent` codes. It is compiled once for all lengths.
 #[inline(never)]
-fn beside_slow(
-    n: i32,
-    peak: i32,
-    points: &[Point],
-    exponent: i32,
-    table: &[Distance<f32>; REACH + 1],
-) -> Option<Fit<f32>> {
-    let (centre, beside) = bins(points, table)?;
-    Some(real::fit_beside_slow(n, peak, centre, beside)?.scaled(f32::two_to(exponent)))
+fn beside_slow(layout: &Layout, peak: i32, points: &[Point], exponent: i32) -> Option<Fit<f32>> {
+    let (centre, beside) = bins(points, layout.distances)?;
+    Some(
+        real::fit_beside_slow(layout.n as i32, peak, centre, beside)?.scaled(f32::two_to(exponent)),
+    )
 }
-
-/// The constants of a bin i bins from the peak for the fit of a real tone, with `e = 2 pi / N`.
-#[derive(Clone, Copy)]
-pub(crate) struct Distance<T> {
-    /// `sin(e i)`
-    sine: T,
-    /// `1 - cos(e i)`
-    versine: T,
-}
-
-/// The constants of the peak itself.
-const NO_DISTANCE: Distance<f32> = Distance { sine: 0.0, versine: 0.0 };
 
 impl<T: Scalar> Distance<T> {
     fn new(i: i32, n: i32) -> Self {
@@ -387,68 +383,38 @@ impl<T: Scalar> Distance<T> {
     }
 }
 
-/// [`singles`] of a supported number of samples.
-fn singles_of(n: usize) -> &'static [Distance<f32>; REACH + 1] {
-    match n {
-        64 => const { &singles::<64>() },
-        128 => const { &singles::<128>() },
-        256 => const { &singles::<256>() },
-        512 => const { &singles::<512>() },
-        1024 => const { &singles::<1024>() },
-        2048 => const { &singles::<2048>() },
-        _ => const { &singles::<4096>() },
-    }
-}
-
-/// The constants of every distance up to the reach.
-const fn singles<const N: usize>() -> [Distance<f32>; REACH + 1] {
-    let mut table = [NO_DISTANCE; REACH + 1];
-    let mut i = 1;
-    while i <= REACH {
-        // By half the angle, so that 1 - cos does not cancel.
-        let (sin, cos) = sin_cos(i, 2 * N);
-        // This runs at compile time: an index out of range would not compile.
-        #[allow(clippy::indexing_slicing)]
-        {
-            table[i] =
-                Distance { sine: (2.0 * sin * cos) as f32, versine: (2.0 * sin * sin) as f32 };
-        }
-        i += 1;
-    }
-    table
-}
-
 /// [`fit`] to an odd number of bins around `peak` of a record of N samples, at most `2 REACH + 1`. What
 /// depends on N alone is computed at compile time.
 #[inline(never)]
 pub(crate) fn fit_around(
-    Size { n, iq }: Size,
+    layout: &Layout,
     bins: &[Complex<f32>],
     peak: i32,
     course: FitStart<f32>,
 ) -> Option<Fit<f32>> {
     let reach = bins.len() / 2;
-    if iq {
+    let n = layout.n;
+    if layout.iq {
         return iq::fit(&Bins::<f32, Iq, _>::from_middle(n, peak, bins), reach, course);
     }
     let (below, rest) = bins.split_at_checked(reach)?;
     let (&centre, above) = rest.split_first()?;
-    let beside = singles_of(n).get(1..)?.iter().zip(above).zip(below.iter().rev());
+    let beside = layout.distances.get(1..)?.iter().zip(above).zip(below.iter().rev());
     let beside = beside.map(|((&distance, &high), &low)| ([low, high], distance));
     real::fit(n as i32, peak, centre, beside, course)
 }
 
 /// Takes a tone's model from an odd number of bins around `peak` of a record of N samples.
 pub(crate) fn take_around(
-    Size { n, iq }: Size,
+    layout: &Layout,
     model: &Model<f32>,
     peak: i32,
     bins: &mut [Complex<f32>],
 ) {
-    if iq {
+    if layout.iq {
         model.take_from(peak.wrapping_sub((bins.len() / 2) as i32), bins);
     } else {
-        model.take_around(peak, singles_of(n), bins);
+        model.take_around(peak, layout.distances, bins);
     }
 }
 

@@ -1,9 +1,10 @@
 //! A fitted tone's value in any bin, so that the tone can be subtracted.
 
-use super::{Distance, Fit};
+use super::Fit;
 use crate::math::scalar::Scalar;
 use crate::math::series::{circle, cosine, sinc};
 use crate::spectrum::bins::REACH;
+use crate::spectrum::layout::Distance;
 use num_complex::Complex;
 
 /// A fitted tone, ready to be evaluated in bins of an `n`-point record.

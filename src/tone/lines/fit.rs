@@ -40,9 +40,9 @@ impl Hunt<'_> {
         except: Option<usize>,
         window: &'w mut Window,
     ) -> &'w mut [Complex<f32>] {
-        let (n, reach) = (self.size.n as i32, reach.bins());
+        let (n, reach) = (self.layout.n as i32, reach.bins());
         let first = peak - reach as i32;
-        if !self.size.iq && (first < 1 || peak + reach as i32 >= n / 2) {
+        if !self.layout.iq && (first < 1 || peak + reach as i32 >= n / 2) {
             let mirrored = self.rest.bins(peak, except);
             // There is room for every reach.
             *window = first_of((0..=2 * reach as i32).map(|i| mirrored.at(i - reach as i32)));
@@ -51,12 +51,12 @@ impl Hunt<'_> {
         let mut places = [MaybeUninit::uninit(); 2 * REACH + 1];
         let places = places.get_mut(..2 * reach + 1).unwrap_or_default();
         let unit = self.rest.unit;
-        for &[re, im] in self.rest.source.fill(first, places) {
+        for &[re, im] in self.rest.view.fill(first, places) {
             let _ = window.push(Complex::new(re as f32 * unit, im as f32 * unit));
         }
         for (index, found) in self.rest.found.iter().enumerate() {
             if Some(index) != except {
-                take_around(self.size, &found.model, peak, window);
+                take_around(self.layout, &found.model, peak, window);
             }
         }
         window
@@ -66,8 +66,8 @@ impl Hunt<'_> {
     fn fitted(&self, peak: i32, except: Option<usize>, course: FitStart<f32>) -> Option<Found> {
         let mut window = Window::new();
         let bins = self.bins(peak, Reach::Four, except, &mut window);
-        let fit = fit_around(self.size, bins, peak, course)?;
-        Some(Found { peak, fit, model: Model::new(&fit, peak, self.size.n as i32) })
+        let fit = fit_around(self.layout, bins, peak, course)?;
+        Some(Found { peak, fit, model: Model::new(&fit, peak, self.layout.n as i32) })
     }
 
     /// Adds a line in noise of this power in a bin; false if no bins can be fitted.
@@ -122,7 +122,7 @@ impl Hunt<'_> {
         for (other, ((found, mark), nearest)) in all.enumerate() {
             let square = (nearest * nearest) as f32;
             let settled = (SETTLED * square * square).min(OWN);
-            let apart = self.size.apart(*peak, found.peak).max(1);
+            let apart = self.layout.apart(*peak, found.peak).max(1);
             // Near by, the bins of one tone are among the bins of the other.
             let power = if apart <= WITHIN { whole + leakage } else { leakage };
             let apart = apart as f32;
@@ -134,11 +134,11 @@ impl Hunt<'_> {
 
     /// The distance of each tone from the one nearest to it, in bins.
     fn neighbours(&self) -> [i32; ROOM] {
-        let mut nearest = [self.size.n as i32; ROOM];
+        let mut nearest = [self.layout.n as i32; ROOM];
         let found = &self.rest.found;
         for (index, (one, nearest)) in found.iter().zip(&mut nearest).enumerate() {
             for (_, other) in found.iter().enumerate().filter(|(other, _)| *other != index) {
-                *nearest = (*nearest).min(self.size.apart(one.peak, other.peak));
+                *nearest = (*nearest).min(self.layout.apart(one.peak, other.peak));
             }
         }
         nearest

@@ -9,8 +9,8 @@ use super::super::detection::Relaxation;
 use super::super::noise::rounding;
 use super::leak::{CHUNK, bent};
 use super::{BESIDE, DRIFT, Hunt};
-use crate::spectrum::Size;
 use crate::spectrum::fft::integer::Point;
+use crate::spectrum::layout::Layout;
 use crate::spectrum::peak::Band;
 use core::mem::MaybeUninit;
 use heapless::Vec;
@@ -62,11 +62,11 @@ impl Blocks {
     }
 
     /// Sets up the blocks of a band, none of them read.
-    pub fn start(&mut self, size: Size, band: Band) {
-        let (low, high) = if size.iq {
+    pub fn start(&mut self, layout: &'static Layout, band: Band) {
+        let (low, high) = if layout.iq {
             (band.low, band.high)
         } else {
-            (band.low.max(DRIFT), band.high.min(size.n as i32 / 2 - 2))
+            (band.low.max(DRIFT), band.high.min(layout.n as i32 / 2 - 2))
         };
         let width = ((high - low) / BLOCKS as i32 + 1).max(BLOCK);
         let mut first = low;
@@ -81,10 +81,10 @@ impl Blocks {
     }
 
     /// Marks the blocks within `reach` of a bin as changed. Only blocks that stood out can hold a tone: the others are not read again.
-    pub fn touch(&mut self, size: Size, bin: i32, reach: i32) {
-        let n = size.n as i32;
+    pub fn touch(&mut self, layout: &'static Layout, bin: i32, reach: i32) {
+        let n = layout.n as i32;
         self.mark(bin - reach, bin + reach);
-        if size.iq {
+        if layout.iq {
             self.mark(bin - reach + n, bin + reach + n);
             self.mark(bin - reach - n, bin + reach - n);
         }
@@ -250,7 +250,7 @@ impl Hunt<'_> {
         let mut differences = Vec::<_, CHUNK>::new();
         let first = low + index as i32 * width;
         let end = (first + run as i32 * width).min(high + 1);
-        let least = rounding(self.size.iq) * 1.5 * self.size.n as f32;
+        let least = rounding(self.layout.iq) * 1.5 * self.layout.n as f32;
         let unit = self.rest.unit;
         // A chunk has whole blocks, or is a part of one.
         let whole = width <= CHUNK as i32;
@@ -261,7 +261,7 @@ impl Hunt<'_> {
             let hidden = self.hides(next, count);
             let points = self.near(next, count as usize, &mut places);
             let reached =
-                hidden || self.leaks.iter().any(|leak| leak.reaches(self.size, next, count));
+                hidden || self.leaks.iter().any(|leak| leak.reaches(self.layout, next, count));
             if reached {
                 self.bend(points, &mut differences);
                 self.less_leaks(next, &mut differences);
@@ -290,17 +290,17 @@ impl Hunt<'_> {
 
     /// Calls `see` for every hidden bin, with the number of hidden bins on each side.
     fn each_hidden(&self, mut see: impl FnMut(i32, i32)) {
-        let n = self.size.n as i32;
+        let n = self.layout.n as i32;
         let mut each = |bin: i32, width: i32| {
             see(bin, width);
-            if self.size.iq {
+            if self.layout.iq {
                 see(bin - n, width);
                 see(bin + n, width);
             }
         };
         self.rest.found.iter().for_each(|found| each(found.peak, BESIDE));
         self.hidden.iter().for_each(|hidden| each(hidden.bin, hidden.width));
-        if self.size.iq {
+        if self.layout.iq {
             each(0, DRIFT - 1);
         }
     }

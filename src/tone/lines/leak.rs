@@ -9,8 +9,8 @@ use super::{Hunt, ROOM};
 use crate::list::first;
 use crate::math::scalar::Scalar as _;
 use crate::math::series::line_shape;
-use crate::spectrum::Size;
 use crate::spectrum::fft::integer::Point;
+use crate::spectrum::layout::Layout;
 use crate::tone::fit::Fit;
 use core::mem::MaybeUninit;
 use heapless::Vec;
@@ -50,11 +50,11 @@ pub(super) fn bent([a, b]: Point, [c, d]: Point, [e, f]: Point) -> Point {
 }
 
 impl Leak {
-    pub fn from_fit(size: Size, found: &Found, reach: i32) -> Self {
+    pub fn from_fit(layout: &'static Layout, found: &Found, reach: i32) -> Self {
         let Fit { offset, line, .. } = found.fit;
         let offset = if offset.abs() < LEAST_OFFSET { LEAST_OFFSET } else { offset };
         // A real line and an I/Q line are turned by different angles.
-        let angle = if size.iq { offset * core::f32::consts::PI / size.n as f32 } else { 0.0 };
+        let angle = if layout.iq { offset * core::f32::consts::PI / layout.n as f32 } else { 0.0 };
         let value = line * Complex::new(1.0, angle) * (offset * line_shape(offset));
         Self { tone: found.peak, peak: found.peak, offset, value, reach }
     }
@@ -70,11 +70,11 @@ impl Leak {
     }
 
     /// The image of a real tone, if it reaches the spectrum.
-    pub fn image(&self, size: Size) -> Option<Self> {
-        let (n, peak) = (size.n as i32, self.peak);
+    pub fn image(&self, layout: &'static Layout) -> Option<Self> {
+        let (n, peak) = (layout.n as i32, self.peak);
         let low = peak < n / 4;
         let near = if low { peak } else { n / 2 - peak };
-        (!size.iq && near <= LEAKS).then_some(Self {
+        (!layout.iq && near <= LEAKS).then_some(Self {
             tone: peak,
             peak: if low { -peak } else { n - peak },
             offset: -self.offset,
@@ -84,23 +84,23 @@ impl Leak {
     }
 
     /// Bins from `first` to the tone, the short way.
-    fn from(&self, size: Size, first: i32) -> i32 {
-        let (n, apart) = (size.n as i32, self.peak.wrapping_sub(first));
-        if size.iq {
+    fn from(&self, layout: &'static Layout, first: i32) -> i32 {
+        let (n, apart) = (layout.n as i32, self.peak.wrapping_sub(first));
+        if layout.iq {
             return (apart + n / 2).checked_rem_euclid(n).unwrap_or(0) - n / 2;
         }
         apart
     }
 
     /// Whether the leakage reaches any of the `count` bins from `first` on.
-    pub fn reaches(&self, size: Size, first: i32, count: i32) -> bool {
+    pub fn reaches(&self, layout: &'static Layout, first: i32, count: i32) -> bool {
         let half = count / 2;
-        self.from(size, first + half).abs() <= self.reach + half
+        self.from(layout, first + half).abs() <= self.reach + half
     }
 
     /// Subtracts the leakage from the differences around the bins from `first` on.
-    fn take(&self, size: Size, first: i32, differences: &mut [Complex<f32>]) {
-        let mut x = self.from(size, first) as f32 + self.offset;
+    fn take(&self, layout: &'static Layout, first: i32, differences: &mut [Complex<f32>]) {
+        let mut x = self.from(layout, first) as f32 + self.offset;
         let Complex { re, im } = self.value;
         for difference in differences {
             let tail = 1.0 / (x * (x * x - 1.0));
@@ -142,12 +142,12 @@ impl Seen {
 impl Hunt<'_> {
     /// The leakage of all tones but the one at this bin into the differences up to `reach` from the bin.
     pub(super) fn others_near(&self, peak: i32, reach: i32) -> Vec<Seen, { 2 * ROOM }> {
-        let scale = f32::two_to(-self.rest.source.exponent());
+        let scale = f32::two_to(-self.rest.view.exponent);
         let others = self.leaks.iter().filter(|leak| leak.tone != peak);
-        let near = others.filter(|leak| leak.reaches(self.size, peak - reach, 2 * reach + 1));
+        let near = others.filter(|leak| leak.reaches(self.layout, peak - reach, 2 * reach + 1));
         first(near.map(|leak| {
             let &Leak { offset, value, reach, .. } = leak;
-            Seen { away: leak.from(self.size, peak), offset, value: value * scale, reach }
+            Seen { away: leak.from(self.layout, peak), offset, value: value * scale, reach }
         }))
     }
 
@@ -158,15 +158,15 @@ impl Hunt<'_> {
         count: usize,
         places: &'p mut [MaybeUninit<Point>],
     ) -> &'p [Point] {
-        self.rest.source.fill(first - 1, places.get_mut(..count + 2).unwrap_or_default())
+        self.rest.view.fill(first - 1, places.get_mut(..count + 2).unwrap_or_default())
     }
 
     /// Subtracts the tones' leakage from half the second differences around the bins from `first` on: `c sin(pi d) / (pi x (x^2 - 1))`, see
     /// [`super::noise::ring`].
     pub(super) fn less_leaks(&self, first: i32, differences: &mut [Complex<f32>]) {
         for leak in &self.leaks {
-            if leak.reaches(self.size, first, differences.len() as i32) {
-                leak.take(self.size, first, differences);
+            if leak.reaches(self.layout, first, differences.len() as i32) {
+                leak.take(self.layout, first, differences);
             }
         }
     }
@@ -202,10 +202,10 @@ impl Hunt<'_> {
     pub(super) fn leak(&mut self) {
         self.leaks.clear();
         for (found, mark) in self.rest.found.iter().zip(&self.marks) {
-            let leak = Leak::from_fit(self.size, found, mark.reach);
+            let leak = Leak::from_fit(self.layout, found, mark.reach);
             // There is room for two leaks of each tone.
             let _ = self.leaks.push(leak);
-            if let Some(image) = leak.image(self.size) {
+            if let Some(image) = leak.image(self.layout) {
                 let _ = self.leaks.push(image);
             }
         }
@@ -233,8 +233,8 @@ mod tests {
         };
         let found = Found { peak: 100, fit, model: Model::new(&fit, 100, 1024) };
         let mut differences = [zero; 9];
-        let size = Size { n: 1024, iq: false };
-        Leak::from_fit(size, &found, LEAKS).take(size, 96, &mut differences);
+        let layout = Layout::of::<crate::Real, 1024>();
+        Leak::from_fit(layout, &found, LEAKS).take(layout, 96, &mut differences);
         for (k, difference) in (96..).zip(differences) {
             let expected = [1000.0, -500.0, 0.0, 0.0, 0.0][usize::abs_diff(k, 100)];
             // The distance loses digits so near a bin.

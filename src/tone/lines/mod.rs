@@ -33,7 +33,7 @@ use crate::acquire::sample::Stamp;
 use crate::list::{first, remove};
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::peak::Band;
-use crate::spectrum::{Size, Source};
+use crate::spectrum::{layout::Layout, view::View};
 use crate::tone::fit::FitStart;
 use crate::tone::{Reasons, Tone, Verdict};
 use floor::{Blocks, Candidate};
@@ -83,7 +83,7 @@ struct Mark {
 
 /// The tones of a record while they are sought.
 struct Hunt<'a> {
-    size: Size,
+    layout: &'static Layout,
     rest: Rest<'a>,
     options: &'a Options,
     clipped: f32,
@@ -105,7 +105,7 @@ struct Hunt<'a> {
 ///
 /// Sigma of each tone comes from the joint fit.
 pub fn lines(
-    source: &dyn Source,
+    view: &View,
     tone: &Tone,
     band: Band,
     clipped: u32,
@@ -113,11 +113,11 @@ pub fn lines(
     options: &Options,
     most: usize,
 ) -> Vec<ToneWithPhase, MOST> {
-    let alone = || first(phase_of(source, tone, options).into_iter());
+    let alone = || first(phase_of(view, tone, options).into_iter());
     if most <= 1 && tone.verdict == Verdict::Good {
         return alone();
     }
-    let mut hunt = Hunt::new(source, clipped, stamp, options);
+    let mut hunt = Hunt::new(view, clipped, stamp, options);
     if !hunt.start(tone, band) {
         return Vec::new();
     }
@@ -127,9 +127,9 @@ pub fn lines(
         return alone();
     }
     let mut phasors = hunt.phasors(stamp);
-    as_measured(source.size().n, &mut phasors, tone);
+    as_measured(view.layout.n, &mut phasors, tone);
     for ToneWithPhase { tone, .. } in &mut phasors {
-        let outside = tone.is_outside(band, source.size().n);
+        let outside = tone.is_outside(band, view.layout.n);
         tone.conclude(&Evidence { outside, ..Evidence::new(tone.said()) });
     }
     strongest_first(&mut phasors);
@@ -172,34 +172,34 @@ fn strongest_first(phasors: &mut [ToneWithPhase]) {
 
 /// Every line of a record that exceeds the noise, harmonics and images included: up to [`ROOM`].
 pub(super) fn every_line(
-    source: &dyn Source,
+    view: &View,
     tone: &Tone,
     clipped: u32,
     stamp: &Stamp,
     options: &Options,
 ) -> Vec<ToneWithPhase, ROOM> {
-    let Size { n, iq } = source.size();
+    let Layout { n, iq, .. } = *view.layout;
     let band = if iq { Band::iq(n) } else { Band::real(n) };
-    let mut hunt = Hunt::new(source, clipped, stamp, options);
+    let mut hunt = Hunt::new(view, clipped, stamp, options);
     if !hunt.start(tone, band) {
         return Vec::new();
     }
     hunt.every = true;
     hunt.seek(ROOM);
     let mut phasors = hunt.phasors(stamp);
-    as_measured(source.size().n, &mut phasors, tone);
+    as_measured(view.layout.n, &mut phasors, tone);
     phasors
 }
 
 impl<'a> Hunt<'a> {
     #[inline(always)] // a large object is made in its place
-    fn new(source: &'a dyn Source, clipped: u32, stamp: &Stamp, options: &'a Options) -> Self {
-        let size = source.size();
+    fn new(view: &'a View<'a>, clipped: u32, stamp: &Stamp, options: &'a Options) -> Self {
+        let layout = view.layout;
         Self {
-            size,
-            rest: Rest { source, size, unit: f32::two_to(source.exponent()), found: Vec::new() },
+            layout,
+            rest: Rest { view, layout, unit: f32::two_to(view.exponent), found: Vec::new() },
             options,
-            clipped: clipped as f32 / size.n as f32,
+            clipped: clipped as f32 / layout.n as f32,
             bends: stamp.segment.bends(),
             every: false,
             marks: Vec::new(),
@@ -212,13 +212,13 @@ impl<'a> Hunt<'a> {
 
     /// Begins with the tone that was measured; false if there is none.
     fn start(&mut self, tone: &Tone, band: Band) -> bool {
-        let Some((peak, offset)) = place(self.size, tone) else { return false };
+        let Some((peak, offset)) = place(self.layout, tone) else { return false };
         if tone.verdict == Verdict::NoSignal {
             return false;
         }
-        self.blocks.start(self.size, band);
+        self.blocks.start(self.layout, band);
         // A peak at DC is not a tone that could be fitted, but there may be others.
-        let noise = noise_power(self.size, tone) * self.size.n as f32;
+        let noise = noise_power(self.layout, tone) * self.layout.n as f32;
         let mark = Mark { own: true, due: false, noise, reach: LEAKS };
         if self.add(peak, FitStart::From(offset, 1), mark) {
             self.leak();
@@ -277,7 +277,7 @@ impl<'a> Hunt<'a> {
         let newest = self.rest.found.len().wrapping_sub(1);
         for (index, (found, mark)) in self.rest.found.iter().zip(&self.marks).enumerate() {
             let reach = if index == newest { mark.reach } else { CLOSE };
-            self.blocks.touch(self.size, found.peak, reach);
+            self.blocks.touch(self.layout, found.peak, reach);
         }
     }
 
@@ -310,19 +310,19 @@ impl<'a> Hunt<'a> {
         remove(&mut self.rest.found, index);
         remove(&mut self.marks, index);
         self.hide(peak, BESIDE);
-        self.blocks.touch(self.size, peak, LEAKS);
+        self.blocks.touch(self.layout, peak, LEAKS);
         self.settle();
     }
 
     fn hide(&mut self, bin: i32, width: i32) {
-        self.blocks.touch(self.size, bin, width);
+        self.blocks.touch(self.layout, bin, width);
         // A full list ends the search soon.
         let _ = self.hidden.push(Hidden { bin, width });
     }
 
     fn is_hidden(&self, k: i32) -> bool {
         self.rest.nearest(k) <= BESIDE
-            || self.hidden.iter().any(|hidden| self.size.apart(k, hidden.bin) <= hidden.width)
-            || self.size.iq && self.size.apart(k, 0) < DRIFT
+            || self.hidden.iter().any(|hidden| self.layout.apart(k, hidden.bin) <= hidden.width)
+            || self.layout.iq && self.layout.apart(k, 0) < DRIFT
     }
 }

@@ -39,11 +39,11 @@ const SKIRT_POWER: f32 = 1e-2;
 impl Hunt<'_> {
     /// Whether a candidate lies on the slope of a drift, which falls from DC on. If so, the slope is hidden.
     pub(super) fn is_drift(&mut self, bin: i32) -> bool {
-        let from_dc = self.size.apart(bin, 0);
+        let from_dc = self.layout.apart(bin, 0);
         if from_dc >= SKIRT {
             return false;
         }
-        let inward = if self.size.iq && bin > self.size.n as i32 / 2 { 1 } else { -1 };
+        let inward = if self.layout.iq && bin > self.layout.n as i32 / 2 { 1 } else { -1 };
         let here = self.power(bin);
         let falls = [1, 2].into_iter().any(|i| self.power(bin + i * inward) > here);
         if falls {
@@ -66,12 +66,12 @@ impl Hunt<'_> {
     }
 
     fn is_in_skirt_of(&mut self, index: usize, bin: i32) -> bool {
-        let near = |found: &&Found| self.size.apart(bin, found.peak) <= SKIRT;
+        let near = |found: &&Found| self.layout.apart(bin, found.peak) <= SKIRT;
         if self.rest.found.get(index).filter(near).is_none() {
             return false;
         }
         let Some((found, _, judgement)) = self.judged(index) else { return false };
-        let near = self.size.apart(bin, found.peak) < NEAR;
+        let near = self.layout.apart(bin, found.peak) < NEAR;
         let weak = self.power(bin) < SKIRT_POWER * found.fit.line.norm_sqr();
         let moves = judgement.line == LineClass::Moving;
         if moves && near {
@@ -90,7 +90,7 @@ impl Hunt<'_> {
         let tones = || self.rest.found.iter().zip(&self.marks).filter(|(_, mark)| mark.own);
         let others = || tones().map(|(other, _)| other).filter(|other| other.peak != found.peak);
         let strongest = others().map(|other| other.fit.line.norm_sqr()).fold(0.0, f32::max);
-        let steps = found.fit.amplitude_squared(self.size.iq, self.size.n) < 0.25;
+        let steps = found.fit.amplitude_squared(self.layout.iq, self.layout.n) < 0.25;
         power > ARTEFACT * strongest
             && !(steps && self.beside(found).noise.power < BLURRED)
             && !others().any(|stronger| self.is_made_of(found, stronger))
@@ -99,8 +99,8 @@ impl Hunt<'_> {
     /// Whether a line exceeds the noise of the louder side beside it.
     pub(super) fn stands_out(&self, found: &Found, beside: &LocalNoise) -> bool {
         // A hump of noise is wider than a line.
-        let least = Spread::from_fit(&found.fit, found.peak, self.size.n, self.size.iq).least;
-        let wide = least.max(beside.loud * self.size.n as f32);
+        let least = Spread::from_fit(&found.fit, found.peak, self.layout.n, self.layout.iq).least;
+        let wide = least.max(beside.loud * self.layout.n as f32);
         let ratio = found.fit.line.norm_sqr() / wide;
         self.options.threshold.detects_beside(ratio, beside.noise.dof, Relaxation::NOTHING)
     }
@@ -109,21 +109,21 @@ impl Hunt<'_> {
     fn is_made_of(&self, weak: &Found, strong: &Found) -> bool {
         let share = weak.fit.line.norm_sqr() / strong.fit.line.norm_sqr();
         let place = |found: &Found| found.peak as f32 + found.fit.offset;
-        let n = self.size.n as f32;
+        let n = self.layout.n as f32;
         let at = |order: i32| {
             let apart = |x: f32| {
                 let turns = x / n;
                 n * (turns - libm::rintf(turns)).abs()
             };
             let (x, y) = (order as f32 * place(strong), place(weak));
-            let apart = if self.size.iq { apart(x - y) } else { apart(x - y).min(apart(x + y)) };
+            let apart = if self.layout.iq { apart(x - y) } else { apart(x - y).min(apart(x + y)) };
             // A weak line's frequency is off by more where other artefacts are near.
             apart < 2.0
         };
         let clips = self.clipped > CLIPPED;
         let most = if clips { CLIPPED_HARMONIC } else { HARMONIC };
         clips && share < CLIPPED_LINE
-            || self.size.iq && share < IMAGE && at(-1)
-            || share < most && (2..=ORDERS).any(|order| at(order) || self.size.iq && at(-order))
+            || self.layout.iq && share < IMAGE && at(-1)
+            || share < most && (2..=ORDERS).any(|order| at(order) || self.layout.iq && at(-order))
     }
 }

@@ -12,43 +12,39 @@ use super::{Hunt, IMAGE};
 use crate::acquire::sample::Stamp;
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::neighbourhood::{Neighbourhood, Places, has_ring};
-use crate::spectrum::{Size, Source};
+use crate::spectrum::{layout::Layout, view::View};
 use crate::tone::Tone;
 use crate::tone::fit::{FitStart, Model, Reach, fit_around, fit_in_floats};
 use crate::tone::sigma::{sigma_bins, widened};
 use heapless::Vec;
 
 /// The peak bin of a tone and its distance from there, in bins.
-pub(super) fn place(size: Size, tone: &Tone) -> Option<(i32, f32)> {
-    let bins = tone.frequency.bins(size.n);
+pub(super) fn place(layout: &'static Layout, tone: &Tone) -> Option<(i32, f32)> {
+    let bins = tone.frequency.bins(layout.n);
     let nearest = libm::rint(bins);
-    let turn = if size.iq { size.n as i32 } else { i32::MAX };
+    let turn = if layout.iq { layout.n as i32 } else { i32::MAX };
     Some(((nearest as i32).checked_rem_euclid(turn)?, (bins - nearest) as f32))
 }
 
 /// The noise power per sample in which a tone was measured.
-pub(super) fn noise_power(size: Size, tone: &Tone) -> f32 {
+pub(super) fn noise_power(layout: &'static Layout, tone: &Tone) -> f32 {
     let power = tone.amplitude * tone.amplitude;
     // The ratio lacks the noise within the amplitude.
-    let (power, own) = if size.iq { (power, 1.0) } else { (0.5 * power, 2.0) };
-    power / (tone.snr + own / size.n as f32)
+    let (power, own) = if layout.iq { (power, 1.0) } else { (0.5 * power, 2.0) };
+    power / (tone.snr + own / layout.n as f32)
 }
 
 /// A good tone with its phase, as measured.
-pub(super) fn phase_of(
-    source: &dyn Source,
-    tone: &Tone,
-    options: &Options,
-) -> Option<ToneWithPhase> {
-    let size = source.size();
-    let (peak, offset) = place(size, tone)?;
+pub(super) fn phase_of(view: &View, tone: &Tone, options: &Options) -> Option<ToneWithPhase> {
+    let layout = view.layout;
+    let (peak, offset) = place(layout, tone)?;
     // The frequency hardly turns the phase in the middle. An offset, which does, is left out of the bins.
     let steps = u32::from(!options.method.is_least_squares());
     let mut places = Places::new();
-    let near = Neighbourhood::read(source, peak, &mut places);
+    let near = Neighbourhood::read(view, peak, &mut places);
     let fit = fit_in_floats(&near, options.reach, FitStart::Further(offset, steps))?;
-    let noise = noise_power(size, tone) * (1.0 + 2.0 / ring::dof(size.n, size.iq));
-    let [phase, sigma_phase] = phase(size.iq, &fit, peak, size.n, options.reach, noise);
+    let noise = noise_power(layout, tone) * (1.0 + 2.0 / ring::dof(layout.n, layout.iq));
+    let [phase, sigma_phase] = phase(layout.iq, &fit, peak, layout.n, options.reach, noise);
     Some(ToneWithPhase { tone: *tone, phase, sigma_phase })
 }
 
@@ -58,13 +54,13 @@ const ALONE: i32 = 8;
 impl Hunt<'_> {
     /// The noise beside a line, less the leakage of the others.
     pub(super) fn beside(&self, found: &Found) -> LocalNoise {
-        if !has_ring(self.size.n, self.size.iq) {
-            let dof = whole::dof(self.size.n, self.size.iq) as f32;
+        if !has_ring(self.layout.n, self.layout.iq) {
+            let dof = whole::dof(self.layout.n, self.layout.iq) as f32;
             return ring::from_power(self.rest.noise(), dof);
         }
         let &Found { peak, ref fit, .. } = found;
         let mut places = Places::new();
-        let near = Neighbourhood::read(self.rest.source, peak, &mut places);
+        let near = Neighbourhood::read(self.rest.view, peak, &mut places);
         let alone = self.rest.found.len() == 1;
         let others = if alone { Vec::new() } else { self.others_near(peak, ring::OUTERMOST) };
         if others.is_empty() {
@@ -78,7 +74,7 @@ impl Hunt<'_> {
     /// The bins of a tone's final fit. With several tones each fit reads fewer bins: 1.02 times the bound instead of 1.01, for half the
     /// cost. A tone that shares these bins with another reads more bins farther off instead.
     fn reach(&self, peak: i32) -> Reach {
-        let within = |found: &&Found| self.size.apart(found.peak, peak) <= ALONE;
+        let within = |found: &&Found| self.layout.apart(found.peak, peak) <= ALONE;
         let found = &self.rest.found;
         match self.options.reach {
             // The one tone that is near is this tone itself.
@@ -109,19 +105,19 @@ impl Hunt<'_> {
         let fitted = |reach: Reach| {
             let outer = (bins.len() / 2).checked_sub(reach.bins())?;
             let bins = bins.get(outer..bins.len() - outer)?;
-            let fit = fit_around(self.size, bins, peak, FitStart::From(old.offset, 1))?;
-            Some(Found { peak, fit, model: Model::new(&fit, peak, self.size.n as i32) })
+            let fit = fit_around(self.layout, bins, peak, FitStart::From(old.offset, 1))?;
+            Some(Found { peak, fit, model: Model::new(&fit, peak, self.layout.n as i32) })
         };
         let mut found = fitted(reach)?;
         let beside = self.beside(&found);
-        let from_end = from_end(peak, self.size.n, self.size.iq);
-        let mut judgement = judge(&found.fit, self.size.n, from_end, &beside, self.bends, ());
+        let from_end = from_end(peak, self.layout.n, self.layout.iq);
+        let mut judgement = judge(&found.fit, self.layout.n, from_end, &beside, self.bends, ());
         // The residual of another line far off may be in the outer bins.
         if judgement.line != LineClass::Steady
             && self.rest.found.len() > 1
             && let Some(narrow) = fitted(Reach::Four)
         {
-            let inner = judge(&narrow.fit, self.size.n, from_end, &beside, self.bends, ());
+            let inner = judge(&narrow.fit, self.layout.n, from_end, &beside, self.bends, ());
             if inner.line == LineClass::Steady {
                 (found, judgement) = (narrow, inner);
             }
@@ -138,28 +134,28 @@ impl Hunt<'_> {
         let turned = if line == LineClass::Steady { beside.noise.power } else { near };
         // The mean of the reciprocal of an estimated power is larger than the reciprocal of its mean.
         let turned = turned * (1.0 + 2.0 / beside.noise.dof);
-        let sigma = sigma_bins(&found.fit, self.size.n, near) * self.shared(index).root();
+        let sigma = sigma_bins(&found.fit, self.layout.n, near) * self.shared(index).root();
         let crowded = self.rest.found.len() > 1 && self.rest.crowded(&found);
-        let engine = self.rest.source.error();
+        let engine = self.rest.view.error();
         let unseen = engine * engine + self.options.width.of_block();
         // The record's own tone reports a fault of the front end.
         let evidence = Evidence {
             detected: index != 0 || self.stands_out(&found, &beside),
             line: if crowded { LineClass::Unresolved } else { line },
-            image: self.size.iq && self.has_image(index),
+            image: self.layout.iq && self.has_image(index),
             gap: stamp.gap,
             clipped: self.clipped,
             ..Evidence::CLEAN
         };
         let (sigma, noise) = (widened(sigma, self.clipped), beside.noise.power);
         let (mut tone, evidence) =
-            measure::tone(self.size, found.peak, &found.fit, noise, [sigma, unseen], evidence)?;
+            measure::tone(self.layout, found.peak, &found.fit, noise, [sigma, unseen], evidence)?;
         tone.conclude(&evidence);
         let [phase, sigma_phase] = phase(
-            self.size.iq,
+            self.layout.iq,
             &found.fit,
             found.peak,
-            self.size.n,
+            self.layout.n,
             self.reach(found.peak),
             turned,
         );
@@ -171,7 +167,7 @@ impl Hunt<'_> {
         let Some(found) = self.rest.found.get(index) else { return false };
         let least = IMAGE * found.fit.line.norm_sqr();
         let mirrored = |other: &Found| {
-            self.size.apart(found.peak.wrapping_neg(), other.peak) <= 1
+            self.layout.apart(found.peak.wrapping_neg(), other.peak) <= 1
                 && other.fit.line.norm_sqr() > least
         };
         let mut others = self.rest.found.iter().enumerate().filter(|(other, _)| *other != index);
@@ -184,7 +180,7 @@ impl Hunt<'_> {
         let Some(one) = self.rest.found.get(index) else { return 1.0 };
         let lost = self.rest.found.iter().enumerate().filter(|(other, _)| *other != index);
         let lost = lost.fold(0.0, |sum, (_, other)| {
-            let apart = self.size.apart(one.peak, other.peak).max(2) as f32;
+            let apart = self.layout.apart(one.peak, other.peak).max(2) as f32;
             sum + 0.375 / (apart * apart)
         });
         1.0 / (1.0 - lost.min(0.5))

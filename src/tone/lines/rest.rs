@@ -5,7 +5,7 @@ use super::super::noise::whole;
 use super::ROOM;
 use crate::acquire::sample::Real;
 use crate::spectrum::bins::{Bins, Rectangular};
-use crate::spectrum::{Size, Source};
+use crate::spectrum::{layout::Layout, view::View};
 use crate::tone::fit::{Fit, Model};
 use heapless::Vec;
 use num_complex::Complex;
@@ -23,8 +23,8 @@ pub(super) struct Found {
 
 /// A spectrum less the models of tones.
 pub(super) struct Rest<'a> {
-    pub source: &'a dyn Source,
-    pub size: Size,
+    pub view: &'a View<'a>,
+    pub layout: &'static Layout,
     pub unit: f32,
     pub found: Vec<Found, ROOM>,
 }
@@ -32,43 +32,43 @@ pub(super) struct Rest<'a> {
 impl Rest<'_> {
     /// Bin `k` less every model but the one at `except`.
     pub fn bin(&self, k: i32, except: Option<usize>) -> Complex<f32> {
-        let x = self.source.bin(k);
+        let x = self.view.bin(k);
         let mut rest = Complex::new(x.re as f32, x.im as f32) * self.unit;
         for (index, found) in self.found.iter().enumerate() {
             if Some(index) != except {
-                rest -= found.model.bin(self.size.iq, k);
+                rest -= found.model.bin(self.layout.iq, k);
             }
         }
         rest
     }
 
     pub fn bins(&self, peak: i32, except: Option<usize>) -> Bins<f32, Real, Rectangular> {
-        Bins::gather(self.size.n, peak, |k| self.bin(k as i32, except))
+        Bins::gather(self.layout.n, peak, |k| self.bin(k as i32, except))
     }
 
     /// Bins from `k` to the nearest tone.
     pub fn nearest(&self, k: i32) -> i32 {
         self.found
             .iter()
-            .map(|found| self.size.apart(k, found.peak))
+            .map(|found| self.layout.apart(k, found.peak))
             .min()
-            .unwrap_or(self.size.n as i32)
+            .unwrap_or(self.layout.n as i32)
     }
 
     /// Whether another tone ended up too near to this one.
     pub fn crowded(&self, one: &Found) -> bool {
         let apart = |other: &Found| {
             let apart = (other.peak - one.peak) as f32 + other.fit.offset - one.fit.offset;
-            let n = self.size.n as f32;
-            if self.size.iq { apart.abs().min(n - apart.abs()) } else { apart.abs() }
+            let n = self.layout.n as f32;
+            if self.layout.iq { apart.abs().min(n - apart.abs()) } else { apart.abs() }
         };
         self.found.iter().filter(|other| apart(other) < UNRESOLVED).count() > 1
     }
 
     /// The noise power per sample: the residual of all models in all bins, of a record without a ring.
     pub fn noise(&self) -> f32 {
-        let count = whole::count(self.size.n, self.size.iq) as i32;
+        let count = whole::count(self.layout.n, self.layout.iq) as i32;
         let sum = (1..=count).fold(0.0, |sum, k| sum + self.bin(k, None).norm_sqr());
-        (sum / (count as f32 * self.size.n as f32)).max(rounding(self.size.iq))
+        (sum / (count as f32 * self.layout.n as f32)).max(rounding(self.layout.iq))
     }
 }

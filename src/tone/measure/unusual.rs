@@ -2,21 +2,19 @@
 //! another method than least squares.
 
 use super::{Options, residual};
-use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar as _;
 use crate::methods::registry::Method;
 use crate::model::block;
-use crate::spectrum::Spectrum;
-use crate::spectrum::engine::Engine;
 use crate::spectrum::neighbourhood::Neighbourhood;
+use crate::spectrum::view::View;
 use crate::tone::clipped::CensoredFit;
 use crate::tone::close_judgement::chosen;
 use crate::tone::fit::leaked::{Leakage, Nearest};
-use crate::tone::fit::{self, Fit, FitStart};
+use crate::tone::fit::{self, Fit, FitNear, FitStart};
 use crate::tone::judge::{FitTest, LineClass};
 use crate::tone::noise::ratio;
 use crate::tone::noise::ring::LocalNoise;
-use crate::tone::observer::{Observer, Step};
+use crate::tone::observer::{Step, Tap};
 use crate::tone::sigma::{self, bound_bins};
 
 /// The noise at an edge: the residual of the fit from five bins off, see [`LocalNoise::on_an_edge`], or the quieter side's noise if a line
@@ -68,19 +66,20 @@ fn rest_from_five(fit: &Fit<f32>, n: usize, free: f32) -> Option<f32> {
 /// one. `fit` becomes the last of these.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "one place calls it")]
-pub(super) fn further<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
+pub(super) fn further(
+    view: &View,
+    fit_near: FitNear,
     around: &Neighbourhood,
     options: &Options,
     beside: &LocalNoise,
     fit: &mut Fit<f32>,
     usual: FitTest,
     judged: impl Fn(&Fit<f32>, Step) -> FitTest,
-    observer: impl Observer,
+    observer: impl Tap,
 ) -> FitTest {
     let (arithmetic, noise) = (options.arithmetic.available(), beside.noise.power);
     let (reach, course) = (options.reach, FitStart::Further(fit.offset, options.effort.steps()));
-    let Some(more) = fit::fit_near::<R, N>(around, arithmetic, reach, course) else {
+    let Some(more) = fit_near(around, arithmetic, reach, course) else {
         return usual;
     };
     *fit = more;
@@ -89,8 +88,7 @@ pub(super) fn further<R: Record, const N: usize>(
     // A steady tone beside a drift is steady.
     if options.effort.fits_beside_slow()
         && judgement.line != LineClass::Steady
-        && let Some(other) =
-            fit::fit_beside_slow::<R, N>(spectrum, around, arithmetic, reach, fit, noise)
+        && let Some(other) = fit::fit_beside_slow(view, around, arithmetic, reach, fit, noise)
     {
         let beside_slow = judged(&other, Step::BesideDrift);
         let better = beside_slow.line < judgement.line;
@@ -98,7 +96,7 @@ pub(super) fn further<R: Record, const N: usize>(
         if better {
             *fit = other;
             return match beside_slow.line {
-                LineClass::Steady => chosen(fit, N, beside, beside_slow),
+                LineClass::Steady => chosen(fit, around.n, beside, beside_slow),
                 _ => beside_slow,
             };
         }
@@ -115,7 +113,7 @@ pub(super) fn joint(
     ring: &LocalNoise,
     options: &Options,
     bends: bool,
-    observer: impl Observer,
+    observer: impl Tap,
 ) -> Option<(LineClass, f32, f32)> {
     let (threshold, effort) = (options.threshold, options.effort);
     let (answer, noise) = block::joint(around, fit, ring, threshold, effort, bends)?;
@@ -130,7 +128,8 @@ pub(super) fn joint(
 
 /// Sigma of another method's offset, which `fit` takes over, see [`measure`](super::measure).
 #[inline(always)]
-pub(super) fn by_method<R: Record>(
+pub(super) fn by_method(
+    iq: bool,
     n: usize,
     method: Method,
     offset: f32,
@@ -138,8 +137,8 @@ pub(super) fn by_method<R: Record>(
     noise: f32,
     sigma: f32,
 ) -> f32 {
-    let snr = ratio(R::IQ, n, fit.amplitude_squared(R::IQ, n), noise);
-    let theirs = method.efficiency() * bound_bins::<R>(n, snr);
+    let snr = ratio(iq, n, fit.amplitude_squared(iq, n), noise);
+    let theirs = method.efficiency() * bound_bins(iq, n, snr);
     let sigma = sigma.max(theirs).max((offset - fit.offset).abs());
     fit.offset = offset;
     sigma

@@ -24,13 +24,12 @@
 
 use super::own::{Own, Whole};
 use super::{whole, whole_fixed};
-use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
 use crate::spectrum::fft::integer::Point;
 use crate::spectrum::neighbourhood::{
     GROUP, GROUPS, GUARD, LENT, Neighbourhood, groups, has_ring, room,
 };
-use crate::spectrum::{Size, Source};
+use crate::spectrum::view::View;
 use crate::tone::arithmetic::Arithmetic;
 use crate::tone::fit::Fit;
 use crate::tone::observer::{Statistic, Test};
@@ -121,29 +120,19 @@ const WIDE: usize = 7;
 /// noise comes from all bins, see [`whole::power`].
 ///
 /// Cost: 32 differences.
-#[inline(always)]
-pub fn beside<R: Record, const N: usize>(
-    near: &Neighbourhood,
-    fit: &Fit<f32>,
-    arithmetic: Arithmetic,
-) -> LocalNoise {
-    beside_size(Size { n: N, iq: R::IQ }, near, fit, arithmetic)
+pub fn beside(near: &Neighbourhood, fit: &Fit<f32>, arithmetic: Arithmetic) -> LocalNoise {
+    beside_by(near, fit, arithmetic.available())
 }
 
-/// [`beside`] in floats, for a record of any kind and length.
+/// [`beside`] in floats, also in a program that has integers elsewhere.
 #[inline(never)] // so that all who fit share one
 pub(crate) fn beside_in_floats(near: &Neighbourhood, fit: &Fit<f32>) -> LocalNoise {
-    let &Neighbourhood { n, iq, .. } = near;
-    beside_size(Size { n, iq }, near, fit, Arithmetic::Float)
+    beside_by(near, fit, Arithmetic::Float)
 }
 
 #[inline(always)]
-fn beside_size(
-    Size { n, iq }: Size,
-    near: &Neighbourhood,
-    fit: &Fit<f32>,
-    arithmetic: Arithmetic,
-) -> LocalNoise {
+fn beside_by(near: &Neighbourhood, fit: &Fit<f32>, arithmetic: Arithmetic) -> LocalNoise {
+    let &Neighbourhood { n, iq, .. } = near;
     if !has_ring(n, iq) {
         let power = match arithmetic {
             Arithmetic::Float => whole::power(near, fit),
@@ -203,7 +192,7 @@ pub fn from_rest(n: usize, iq: bool, peak: i32, rest: impl Fn(i32) -> f32) -> Lo
 /// Cost: up to 50 bins read, 24 differences.
 #[inline(never)]
 pub fn loud(
-    source: &dyn Source,
+    view: &View,
     at: &Neighbourhood,
     fit: &Fit<f32>,
     beside: &LocalNoise,
@@ -218,7 +207,7 @@ pub fn loud(
     let [near_left, near_right] = beside.sides;
     let side = |outward: i32, near: Side, room: usize| {
         let places = near.count..room.min(WIDE).max(near.count);
-        let all = near.and(own.read(source, outward, places, arithmetic));
+        let all = near.and(own.read(view, outward, places, arithmetic));
         let (share, variance) = all.kept();
         if all.count == 0 { (0.0, 0.0) } else { (all.quiet() / share, 2.0 / variance) }
     };
@@ -383,13 +372,13 @@ impl Own {
     /// tone.
     fn read(
         &self,
-        source: &dyn Source,
+        view: &View,
         outward: i32,
         stretches: Range<usize>,
         arithmetic: Arithmetic,
     ) -> Side {
         let mut window: Window = [MaybeUninit::uninit(); _];
-        let (bins, first) = self.window(source, outward, stretches, &mut window);
+        let (bins, first) = self.window(view, outward, stretches, &mut window);
         self.side(bins, first, arithmetic)
     }
 
@@ -397,7 +386,7 @@ impl Own {
     #[inline(always)]
     fn window<'w>(
         &self,
-        source: &dyn Source,
+        view: &View,
         outward: i32,
         stretches: Range<usize>,
         window: &'w mut Window,
@@ -407,7 +396,7 @@ impl Own {
         let first =
             if outward > 0 { self.peak + near } else { self.peak - near - (STEP * count) as i32 };
         let window = window.get_mut(..STEP * count + 1).unwrap_or_default();
-        (source.fill_beside_offset(first, window), first)
+        (view.fill_beside_offset(first, window), first)
     }
 
     /// The stretches of the bins from `first` on.

@@ -113,7 +113,8 @@ fn tones_of<R: Record, const N: usize>(
     let mut spectrum = Box::new(Spectrum::<R, N>::new());
     spectrum.transform(&record::<R, N>(samples), plan.codes);
     let stamp = stamp(terms)?;
-    let found = lines(&*spectrum, &tone, plan.band, clipped as u32, &stamp, &plan.options, most);
+    let found =
+        lines(&spectrum.view(), &tone, plan.band, clipped as u32, &stamp, &plan.options, most);
     Some(found.iter().flat_map(|tone| row::row(tone, plan.rate_hz)).collect())
 }
 

@@ -6,7 +6,7 @@ use blocks::Blocks;
 use fixed::types::I0F32;
 use num_complex::Complex;
 use picket_dsp::acquire::codes::Codes;
-use picket_dsp::acquire::sample::{Record, Statistics};
+use picket_dsp::acquire::sample::{Data, Record, Statistics};
 use picket_dsp::spectrum::Spectrum;
 use picket_dsp::spectrum::engine::Engine;
 use picket_dsp::spectrum::peak::{Band, find, find_portably};
@@ -49,10 +49,11 @@ impl<R: Record, const N: usize, E: Engine> Equality<R, N, E> {
         let same = self.kernel.points() == self.definition.points()
             && self.kernel.exponent() == self.definition.exponent();
         let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
-        let found = |band| find(&self.kernel, band) == find_portably(&self.definition, band);
+        let found =
+            |band| find(&self.kernel.view(), band) == find_portably(&self.definition.view(), band);
         let rest = || {
-            let clipped = Statistics::from_samples::<R>(samples, codes).clipped;
-            Statistics::clipped::<R>(samples, codes) == clipped
+            let clipped = Statistics::from_samples(Data::of::<R>(samples), codes).clipped;
+            Statistics::clipped(Data::of::<R>(samples), codes) == clipped
                 && self.same_between_the_rails(samples, codes)
                 && found(self.part_of(band))
         };
@@ -71,9 +72,10 @@ impl<R: Record, const N: usize, E: Engine> Equality<R, N, E> {
         let tone = Complex::new(700.0, -300.0);
         let bits =
             |free: CensoredFit| [free.noise, free.offset, free.information].map(f32::to_bits);
-        let kernel = CensoredFit::from_record::<R>(samples, codes, frequency, tone);
+        let kernel = CensoredFit::from_record(Data::of::<R>(samples), codes, frequency, tone);
         kernel.map(bits)
-            == CensoredFit::from_record_portably::<R>(samples, codes, frequency, tone).map(bits)
+            == CensoredFit::from_record_portably(Data::of::<R>(samples), codes, frequency, tone)
+                .map(bits)
     }
 
     /// Some part of a band, another one at each block.

@@ -36,14 +36,14 @@ impl<const N: usize> Record<N> {
         samples.fill_with(|| (random.draw() >> 20) as i16 - 2048);
         let mut definition = Spectrum::new();
         definition.transform_portably(&samples, Self::CODES);
-        let found = find_portably(&definition, Band::real(N));
+        let found = find_portably(&definition.view(), Band::real(N));
         Self { samples, kernel: Spectrum::new(), definition, found }
     }
 
     /// Transforms and searches by the kernels. Returns true if the results equal the definition's.
     fn run(&mut self) -> bool {
         self.kernel.transform(&self.samples, Self::CODES);
-        let found = find(&self.kernel, Band::real(N));
+        let found = find(&self.kernel.view(), Band::real(N));
         self.kernel.points() == self.definition.points() && found == self.found
     }
 }

@@ -5,7 +5,7 @@ use core::hint::black_box;
 use core::marker::PhantomData;
 use fixed::types::I0F32;
 use picket_dsp::acquire::kind::ForRecord;
-use picket_dsp::acquire::sample::{Record, Statistics};
+use picket_dsp::acquire::sample::{Data, Record, Statistics};
 use picket_dsp::pipeline::Pipeline;
 use picket_dsp::solve::chirp;
 use picket_dsp::solve::equations::Chirp;
@@ -14,6 +14,7 @@ use picket_dsp::spectrum::engine::Engine;
 use picket_dsp::spectrum::fft::twiddle::MAX_LENGTH;
 use picket_dsp::spectrum::peak;
 use picket_dsp::tone::Tone;
+use picket_dsp::tone::fit::fit_near;
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::measure::measure;
 use picket_firmware::mps2::count::count;
@@ -79,16 +80,26 @@ impl<E: Engine> ForRecord for Stages<E> {
             let (samples, stamp) =
                 (black_box(&samples), header.timing().stamp(sequence.into(), false));
             count("fft", || spectrum.transform(samples, plan.codes));
-            count("peak", || peak::find(&spectrum, plan.band));
+            count("peak", || peak::find(&spectrum.view(), plan.band));
             let found = count("fft_peak", || {
                 spectrum.transform(samples, plan.codes);
-                peak::find(&spectrum, plan.band)
+                peak::find(&spectrum.view(), plan.band)
             });
-            let clipped = count("clipped", || Statistics::clipped::<R>(samples, plan.codes));
+            let clipped =
+                count("clipped", || Statistics::clipped(Data::of::<R>(samples), plan.codes));
             let found = black_box(found);
             count("estimator", || {
                 found.map(|peak| {
-                    measure(&spectrum, samples, &peak, plan.codes, clipped, &stamp, &plan.options)
+                    measure(
+                        &spectrum.view(),
+                        fit_near::<R>(),
+                        Data::of::<R>(samples),
+                        &peak,
+                        plan.codes,
+                        clipped,
+                        &stamp,
+                        &plan.options,
+                    )
                 })
             });
             let measurement = count("measurement", || pipeline.block(&stamp, samples));

@@ -3,11 +3,12 @@
 use core::hint::black_box;
 use cortex_m::peripheral::DWT;
 use picket_dsp::acquire::codes::Codes;
-use picket_dsp::acquire::sample::{Real, Stamp, Statistics};
+use picket_dsp::acquire::sample::{Data, Real, Stamp, Statistics};
 use picket_dsp::plan::Plan;
 use picket_dsp::spectrum::Spectrum;
 use picket_dsp::spectrum::peak::{self, Peak};
 use picket_dsp::tone::Tone;
+use picket_dsp::tone::fit::fit_near;
 use picket_dsp::tone::measure::measure;
 use picket_firmware::nucleo_f446re::N;
 
@@ -32,21 +33,30 @@ impl Work {
 
 #[inline(never)]
 fn transform(work: &mut Work) {
-    work.clipped = Statistics::clipped::<Real>(&work.samples, CODES);
+    work.clipped = Statistics::clipped(Data::of::<Real>(&work.samples), CODES);
     work.spectrum.transform(&work.samples, CODES);
 }
 
 #[inline(never)]
 fn search(work: &mut Work) {
-    work.peak = peak::find(&work.spectrum, PLAN.band);
+    work.peak = peak::find(&work.spectrum.view(), PLAN.band);
 }
 
 #[inline(never)]
 fn estimate(work: &mut Work) {
     if let Some(peak) = &work.peak {
         let (stamp, options) = (Stamp::default(), &PLAN.options);
-        let (spectrum, samples) = (&work.spectrum, &work.samples);
-        work.tone = Some(measure(spectrum, samples, peak, CODES, work.clipped, &stamp, options));
+        let (spectrum, samples) = (&work.spectrum.view(), Data::of::<Real>(&work.samples));
+        work.tone = Some(measure(
+            spectrum,
+            fit_near::<Real>(),
+            samples,
+            peak,
+            CODES,
+            work.clipped,
+            &stamp,
+            options,
+        ));
     }
 }
 

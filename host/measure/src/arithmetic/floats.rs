@@ -5,12 +5,12 @@ use super::{Engine, Estimate, within};
 use crate::estimator::Estimator;
 use crate::simulate::{Kind, codes};
 use fixed::types::I0F32;
-use picket_dsp::acquire::sample::Statistics;
+use picket_dsp::acquire::sample::{Data, Statistics};
 use picket_dsp::math::scalar::Scalar;
 use picket_dsp::plan::Terms;
-use picket_dsp::spectrum::STANDS_OUT;
 use picket_dsp::spectrum::bins::{Bins, Rectangular};
 use picket_dsp::spectrum::peak::{Band, Peak, SKIRT, Search};
+use picket_dsp::spectrum::view::STANDS_OUT;
 use picket_dsp::tone::Reasons;
 use picket_dsp::tone::clipped::CensoredFit;
 use picket_dsp::tone::detection::{Relaxation, Threshold};
@@ -23,7 +23,7 @@ use picket_dsp::tone::judge::{FitTest, LineClass, from_end, judge};
 use picket_dsp::tone::measure::{excess_limit, excess_over, residual};
 use picket_dsp::tone::noise;
 use picket_dsp::tone::noise::ring::{self, LocalNoise};
-use picket_dsp::tone::observer::{Observer, Statistic, Step, Test};
+use picket_dsp::tone::observer::{Observer, Statistic, Step, Tap, Test};
 use picket_dsp::tone::sigma::{CLIPPED, bound_bins, sigma_bins, widened};
 use picket_transform::{Fft, Transform, num_complex::Complex};
 use std::fmt::Debug;
@@ -149,10 +149,10 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         record: &[Complex<f64>],
         peak: &Peak,
         unit: f64,
-        observer: impl Observer,
+        observer: impl Tap,
     ) -> Seen {
         let samples = codes::<R>(record);
-        let clipped = Statistics::from_samples::<R>(&samples, self.plan.codes).clipped;
+        let clipped = Statistics::from_samples(Data::of::<R>(&samples), self.plan.codes).clipped;
         let clipped = clipped as f32 / self.n as f32;
         let n = self.n as f64;
         let bins = self.bins(peak.bin);
@@ -211,7 +211,12 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         let free = (clipped > CLIPPED).then(|| {
             let frequency = Frequency(I0F32::wrapping_from_num(cycles));
             let tone = Complex::new(tone.re as f32, tone.im as f32);
-            let free = CensoredFit::from_record::<R>(&samples, self.plan.codes, frequency, tone)?;
+            let free = CensoredFit::from_record(
+                Data::of::<R>(&samples),
+                self.plan.codes,
+                frequency,
+                tone,
+            )?;
             Some((frequency.bins(self.n) + f64::from(free.offset), free))
         });
         let free = free.flatten();
@@ -347,7 +352,7 @@ impl<T: Scalar + Transform, R: Kind> Engine for Floats<T, R> {
 
     fn explain(&mut self, record: &[Complex<f64>], estimator: Estimator) -> Explained {
         let notes = Notes::default();
-        let measured = self.weigh(record, &[estimator], false, &notes);
+        let measured = self.weigh(record, &[estimator], false, &notes as &dyn Observer);
         let (estimate, evidence) =
             measured.first().copied().unwrap_or((Estimate::NOTHING, Evidence::NO_TONE));
         Explained::of(notes, estimate, evidence)
@@ -361,7 +366,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         record: &[Complex<f64>],
         estimators: &[Estimator],
         gap: bool,
-        observer: impl Observer,
+        observer: impl Tap,
     ) -> Vec<(Estimate, Evidence)> {
         self.transform(record);
         let Some((peak, unit)) = self.peak() else {
@@ -371,7 +376,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         let found: Vec<f64> =
             estimators.iter().map(|&e| self.frequency(record, e, peak.bin, &bins)).collect();
         let seen = self.seen(record, &peak, unit, observer);
-        let bound = f64::from(bound_bins::<R>(self.n, seen.snr as f32));
+        let bound = f64::from(bound_bins(R::IQ, self.n, seen.snr as f32));
         let detected = self.detects(&peak, unit, &seen, observer);
         let estimate = |(estimator, bins): (&Estimator, f64)| {
             // As in the core, see `picket_dsp::tone::measure`. Without a fit nobody knows what the line is.
@@ -414,7 +419,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
     }
 
     /// Whether the line stands out of the floor of its band, and of the noise beside it.
-    fn detects(&self, peak: &Peak, unit: f64, seen: &Seen, observer: impl Observer) -> bool {
+    fn detects(&self, peak: &Peak, unit: f64, seen: &Seen, observer: impl Tap) -> bool {
         let threshold = self.plan.options.threshold;
         let (line, threshold) = threshold.of_line(seen.line, peak, self.n, R::IQ);
         let has_floor = Threshold::has_floor(peak);

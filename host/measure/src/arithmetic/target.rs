@@ -6,7 +6,7 @@ use crate::estimator::{Estimator, reached};
 use crate::recording::Sample;
 use crate::simulate::{Kind, code};
 use fixed::types::I2F30;
-use picket_dsp::acquire::sample::{Record, Stamp};
+use picket_dsp::acquire::sample::{Data, Record, Stamp};
 use picket_dsp::pipeline::Pipeline;
 use picket_dsp::plan::{Plan, Terms};
 use picket_dsp::spectrum::bins::{Bins, Rectangular};
@@ -76,14 +76,14 @@ impl<R: Kind, const N: usize> Target<R, N> {
         let fixed = self.plan.options.arithmetic == Arithmetic::Fixed;
         if fixed && estimator.least_squares() {
             let mut places = Places::new();
-            let near = Neighbourhood::read(&*self.spectrum, peak, &mut places);
-            let fit = fit_near::<R, N>(&near, Arithmetic::Fixed, reach, FitStart::Usual);
+            let near = Neighbourhood::read(&self.spectrum.view(), peak, &mut places);
+            let fit = fit_near::<R>()(&near, Arithmetic::Fixed, reach, FitStart::Usual);
             return fit.map_or(0.0, |fit| fit.offset.into());
         }
-        let bins = Bins::<f32, R, Rectangular>::from_spectrum(&self.spectrum, peak);
+        let bins = Bins::<f32, R, Rectangular>::from_view(&self.spectrum.view(), peak);
         let offset = match reached(method, reach, &bins) {
             Some(offset) => offset.map(I2F30::saturating_from_num),
-            None => method.offset_target(&self.spectrum, samples, peak),
+            None => method.offset_target(&self.spectrum.view(), Data::of::<R>(samples), peak),
         };
         offset.map_or(f64::NAN, |offset| offset.to_num())
     }
@@ -119,7 +119,7 @@ impl<R: Kind, const N: usize> Engine for Target<R, N> {
     fn frequencies(&mut self, record: &[Complex<f64>], estimators: &[Estimator]) -> Vec<f64> {
         let samples = block::<R, N>(record);
         self.spectrum.transform(&samples, self.plan.codes);
-        let Some(peak) = peak::find(&self.spectrum, self.plan.band) else {
+        let Some(peak) = peak::find(&self.spectrum.view(), self.plan.band) else {
             return vec![f64::NAN; estimators.len()];
         };
         let frequency =

@@ -58,24 +58,24 @@ impl Notes {
     }
 }
 
-impl Observer for &Notes {
-    fn hear(self, test: impl FnOnce() -> Test) {
-        self.push(Note::Test(test()));
+impl Observer for Notes {
+    fn test(&self, test: Test) {
+        self.push(Note::Test(test));
     }
 
-    fn begin(self, step: Step) {
+    fn begin(&self, step: Step) {
         self.push(Note::Begin(step));
     }
 
-    fn judged(self, judgement: &FitTest, taken: bool) {
+    fn judged(&self, judgement: &FitTest, taken: bool) {
         self.push(Note::Judged(*judgement, taken));
     }
 
-    fn fitted(self, peak: i32, fit: &Fit<f32>, noise: f32) {
+    fn fitted(&self, peak: i32, fit: &Fit<f32>, noise: f32) {
         self.fitted.set(Some(Fitted { peak, fit: *fit, noise }));
     }
 
-    fn joint(self, answer: &Answer) {
+    fn joint(&self, answer: &Answer) {
         self.joint.set(Some(*answer));
     }
 }

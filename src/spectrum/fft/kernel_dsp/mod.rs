@@ -146,9 +146,9 @@ unsafe fn fine_pass<const M: usize>(points: *mut Point, length: usize, table: &[
 }
 
 /// The kernel for [`crate::spectrum::scan::real`].
-pub fn scan<const M: usize>(points: &[Point], table: &[Packed], outermost: usize) -> Scan {
-    let middle = M / 2;
-    if points.len() != M || table.len() < middle || !(1..=middle).contains(&outermost) {
+pub fn scan(points: &[Point], table: &[Packed], outermost: usize) -> Scan {
+    let middle = points.len() / 2;
+    if table.len() < middle || !(1..=middle).contains(&outermost) {
         return Scan::from(middle);
     }
     let centre = points.get(middle).map_or(0, |&x| power(x));

@@ -16,10 +16,10 @@ const GROUPS: usize = MAX_LENGTH / 4 / GROUP;
 
 /// The search of [`crate::spectrum::scan::real`] in another order. The kernel adds up the powers of groups of pairs, and then splits pairs
 /// of the strongest group, and of the groups that may hold a stronger bin.
-pub fn scan<const M: usize>(points: &[Point], table: &[Packed], outermost: usize) -> Scan {
-    let middle = M / 2;
-    let fits = (2 * GROUP..=MAX_LENGTH / 2).contains(&M) && (1..=middle).contains(&outermost);
-    if points.len() != M || table.len() < middle || !fits {
+pub fn scan(points: &[Point], table: &[Packed], outermost: usize) -> Scan {
+    let (length, middle) = (points.len(), points.len() / 2);
+    let fits = (2 * GROUP..=MAX_LENGTH / 2).contains(&length) && (1..=middle).contains(&outermost);
+    if table.len() < middle || !fits {
         return Scan::from(middle);
     }
     let start = points.as_ptr();
@@ -36,10 +36,10 @@ pub fn scan<const M: usize>(points: &[Point], table: &[Packed], outermost: usize
     // writes all their places.
     let sums = unsafe {
         let first = power_sum(start.add(outermost), end - outermost, 0);
-        let first = power_sum(start.add(M + 1 - end), end - outermost, first);
+        let first = power_sum(start.add(length + 1 - end), end - outermost, first);
         let mut sums = Sums { total: first, most: first, left: groups.len() + 1 };
         if !groups.is_empty() {
-            let upper = start.add(M + 1 - GROUP - end);
+            let upper = start.add(length + 1 - GROUP - end);
             let to = groups.as_mut_ptr().cast();
             group_powers(&mut sums, start.add(end), upper, groups.len(), to);
         }
@@ -60,7 +60,7 @@ pub fn scan<const M: usize>(points: &[Point], table: &[Packed], outermost: usize
         let count = before + GROUP - bin;
         // SAFETY: the pairs from `bin` on lie inside `points`, their factors inside `table`.
         unsafe {
-            let (lower, upper) = (start.add(bin), start.add(M - bin));
+            let (lower, upper) = (start.add(bin), start.add(length - bin));
             split_pairs(&mut seen, lower, upper, table.as_ptr().add(bin), count);
         }
         seen.least

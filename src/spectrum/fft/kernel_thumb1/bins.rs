@@ -20,19 +20,20 @@ pub(super) struct Outwards {
 
 impl Outwards {
     /// A scan from the middle of these points outwards to point `outermost`, from 1 to the middle, and its mirror.
-    pub fn new<const M: usize>(points: &[Point; M], outermost: usize) -> Self {
-        let start = points.as_ptr();
-        let upper = start.wrapping_add(M / 2 + 1);
+    pub fn new(points: &[Point], outermost: usize) -> Self {
+        let (start, length) = (points.as_ptr(), points.len());
+        let upper = start.wrapping_add(length / 2 + 1);
         let sum = (upper.addr()).wrapping_mul(2).wrapping_sub(size_of::<Point>());
-        let end = start.wrapping_add(M + 1 - outermost.clamp(1, M / 2));
+        let outermost = outermost.max(1).min(length / 2);
+        let end = start.wrapping_add(length + 1 - outermost);
         Self { total: 0, least: 0, upper, sum, end }
     }
 
     /// The indices of the last pair.
-    pub fn last<const M: usize>(&self, points: &[Point; M]) -> (usize, usize) {
+    pub fn last(&self, points: &[Point]) -> (usize, usize) {
         let bytes = self.upper.addr().wrapping_sub(points.as_ptr().addr());
         let upper = (bytes / size_of::<Point>()).wrapping_sub(1);
-        (M.wrapping_sub(upper), upper)
+        (points.len().wrapping_sub(upper), upper)
     }
 }
 

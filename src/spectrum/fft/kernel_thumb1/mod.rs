@@ -100,25 +100,25 @@ const fn shifts(m: usize, shift: u32) -> bool {
 /// The kernel for [`crate::spectrum::scan::real`].
 ///
 /// It adds up the powers of pairs, and stops after a pair that may hold the strongest bin.
-pub fn scan<const M: usize>(points: &[Point], table: &[Packed], outermost: usize) -> Scan {
-    let middle = M / 2;
+pub fn scan(points: &[Point], table: &[Packed], outermost: usize) -> Scan {
+    let middle = points.len() / 2;
     let mut scan = Scan::from(middle);
-    let (Ok(points), true) = (<&[Point; M]>::try_from(points), table.len() >= middle) else {
+    if middle == 0 || table.len() < middle {
         return scan;
-    };
+    }
     scan.see(middle, points.get(middle).map_or(0, |&x| power(x)));
     let sure = sure(points, outermost);
     let mut state = Outwards::new(points, outermost);
     loop {
         state.least = worth(scan.power.max(sure));
-        // SAFETY: the state holds M points.
+        // SAFETY: the state holds all points.
         let found = unsafe { pairs_outwards(&mut state) };
         let Some((lower, upper)) = found.then(|| state.last(points)) else {
             break;
         };
         let pair = points.get(lower).zip(points.get(upper)).zip(table.get(lower));
         if let Some(((&p, &q), &w)) = pair {
-            scan.split(lower, M, split_pair(p, q, w));
+            scan.split(lower, points.len(), split_pair(p, q, w));
         }
     }
     Scan { total: scan.total.wrapping_add(state.total), ..scan }
@@ -126,12 +126,12 @@ pub fn scan<const M: usize>(points: &[Point], table: &[Packed], outermost: usize
 
 /// The bound of `scan::sure`, from the largest part of some of the pairs of points, because a power is slow here. The strongest bin has at
 /// least half the square of a part, less the rounding of factors and products.
-fn sure<const M: usize>(points: &[Point; M], outermost: usize) -> u64 {
+fn sure(points: &[Point], outermost: usize) -> u64 {
     let size = |part: i32| (part ^ (part >> 31)) as u32;
     let mut most = 0;
     let first = outermost.max(1).div_ceil(SPARSE) * SPARSE;
-    for lower in (first..M / 2).step_by(SPARSE) {
-        for k in [lower, M - lower] {
+    for lower in (first..points.len() / 2).step_by(SPARSE) {
+        for k in [lower, points.len().wrapping_sub(lower)] {
             if let Some(&[re, im]) = points.get(k) {
                 most = most.max(size(re)).max(size(im));
             }

@@ -4,12 +4,13 @@
 //! Line and rest lie along `j exp(j t)`, the parabola along `exp(j t)`, with `t = pi k / N`.
 
 use super::equations::Place;
-use super::real::{Distance, Peak, Side, cosine, limit, read, sinc, sums};
+use super::real::{Peak, Side, cosine, limit, read, sinc, sums};
 use super::scaled::Scaled;
 use super::{ONE, ROOM, add, held, nearest, product, shifted, times};
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::bins::REACH;
 use crate::spectrum::fft::integer::Point;
+use crate::spectrum::layout::RealDistance;
 use crate::tone::fit::real::{Products, STEPS};
 use crate::tone::fit::slow::{self, TERMS};
 use crate::tone::fit::{Fit, START_LIMIT, STEP_LIMIT};
@@ -41,7 +42,7 @@ pub(super) fn fit(
     n: i32,
     peak: i32,
     bins: &[Point],
-    table: &[Distance; REACH],
+    table: &[RealDistance],
     exponent: i32,
 ) -> Option<Fit<f32>> {
     let last = n / 2 - 1;

@@ -1,14 +1,13 @@
 //! The fit of [`super::super::iq`] with the sums in integers.
 
 use super::near::Near;
-use super::{ROOM, around, held, nearest, product, quantised, shape};
+use super::{ROOM, around, held, product, quantised, shape};
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::bins::REACH;
 use crate::spectrum::fft::integer::Point;
-use crate::spectrum::fft::twiddle::sin_cos;
+use crate::spectrum::layout::IqDistance;
 use crate::tone::fit::rest::Rest;
 use crate::tone::fit::{Fit, FitStart, first_two, iq};
-use core::f64::consts::PI;
 use heapless::Vec;
 use num_complex::Complex;
 
@@ -18,43 +17,12 @@ const SINGLE: f32 = 1.0 / 67_108_864.0;
 /// 2^-32, the unit of sums of weights.
 const WEIGHT: f32 = SINGLE / 64.0;
 
-/// The constants of a distance i of 1..=16 bins, with `e = pi/N`: `tan(e i)/e` in Q23, `tan(e i)`
-/// in Q29, its square in Q29 and `cos^2(e i)` in Q26.
-pub(super) struct Distance {
-    u: i32,
-    tangent: i32,
-    square: i32,
-    inverse_m: i32,
-}
-
-/// The constants of i = 1..=16.
-pub(super) const fn distances<const N: usize>() -> [Distance; REACH] {
-    let mut table = [const { Distance { u: 0, tangent: 0, square: 0, inverse_m: 0 } }; REACH];
-    let mut i = 1;
-    while i <= REACH {
-        let (sin, cos) = sin_cos(i, 2 * N);
-        let tangent = sin / cos;
-        // This runs at compile time: an index out of range would not compile.
-        #[allow(clippy::indexing_slicing)]
-        {
-            table[i - 1] = Distance {
-                u: nearest(tangent / (PI / N as f64), 23),
-                tangent: nearest(tangent, 29),
-                square: nearest(tangent * tangent, 29),
-                inverse_m: nearest(cos * cos, 26),
-            };
-        }
-        i += 1;
-    }
-    table
-}
-
 /// Fits a tone to `bins`, of which the middle one is the peak. Their unit is `2^exponent` codes.
-pub(super) fn fit(
+pub(in crate::tone::fit) fn fit(
     n: i32,
     peak: i32,
     bins: &[Point],
-    table: &[Distance; REACH],
+    table: &[IqDistance],
     exponent: i32,
     course: FitStart<f32>,
 ) -> Option<Fit<f32>> {
@@ -104,7 +72,7 @@ struct Sides {
 }
 
 impl Side {
-    fn new(x: [i32; 2], distance: &Distance, sign: i32, i: i32) -> Self {
+    fn new(x: [i32; 2], distance: &IqDistance, sign: i32, i: i32) -> Self {
         let lean = sign * distance.tangent;
         let y = [
             held(i64::from(x[0]) + (product(lean, x[1]) >> 29)),

@@ -15,10 +15,12 @@ mod real;
 pub(crate) mod scaled;
 mod tail;
 
-use super::{Fit, FitStart};
-use crate::acquire::sample::Record;
+use super::Fit;
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::fft::integer::Point;
+use crate::spectrum::layout::{Layout, nearest};
+pub(super) use iq::fit as fit_iq;
+pub(super) use real::fit as fit_real;
 use scaled::Scaled;
 pub(crate) use tail::tail;
 
@@ -28,37 +30,20 @@ pub(crate) const ROOM: u32 = 2;
 /// 1 in Q30.
 const ONE: i32 = 1 << 30;
 
-/// Fits a tone to an odd number of bins around `peak`, in units of `2^exponent` codes.
-pub(super) fn fit_points<R: Record, const N: usize>(
-    bins: &[Point],
-    peak: i32,
-    exponent: i32,
-    course: FitStart<f32>,
-) -> Option<Fit<f32>> {
-    if R::IQ {
-        iq::fit(N as i32, peak, bins, const { &iq::distances::<N>() }, exponent, course)
-    } else {
-        real::fit(N as i32, peak, bins, const { &real::distances::<N>() }, exponent, course)
-    }
-}
-
 /// Fits a real tone beside slow terms to such bins, see [`super::slow`].
-pub(super) fn fit_beside_slow<const N: usize>(
+pub(super) fn fit_beside_slow(
+    layout: &Layout,
     bins: &[Point],
     peak: i32,
     exponent: i32,
 ) -> Option<Fit<f32>> {
-    beside_slow::fit(N as i32, peak, bins, const { &real::distances::<N>() }, exponent)
+    beside_slow::fit(layout.n as i32, peak, bins, layout.real, exponent)
 }
 
 /// The bin `away` from the middle one.
 fn around(bins: &[Point], away: i32) -> Option<[i32; 2]> {
     let place = usize::try_from((bins.len() / 2) as i32 + away).ok()?;
     bins.get(place).map(|&[re, im]| [re >> ROOM, im >> ROOM])
-}
-
-const fn nearest(x: f64, bits: u32) -> i32 {
-    (x * (1u64 << bits) as f64 + 0.5) as i32
 }
 
 /// `x` with this many fractional bits, saturated.

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::spectrum::bins::REACH;
 use crate::spectrum::fft::integer::Point;
-use crate::spectrum::fft::twiddle::sin_cos;
+use crate::spectrum::layout::RealDistance;
 use crate::tone::fit::{
     EDGE_LIMIT, ENDED, Fit, FitStart, OFFSET_LIMIT, Pace, SETTLED, START_LIMIT, STEP_LIMIT,
 };
@@ -17,36 +17,6 @@ use core::ops::RangeInclusive;
 use heapless::Vec;
 use num_complex::Complex;
 use num_traits::One as _;
-
-/// The constants of a bin `i` bins from the peak, with `e = 2 pi/N`: `sin(e i)/e` in Q23, `(1 - cos e i)/e^2` in Q22 and `1 - cos e i` in
-/// Q26.
-pub(super) struct Distance {
-    near: i32,
-    bend: i32,
-    versine: i32,
-}
-
-/// The constants of i = 1..=16.
-pub(super) const fn distances<const N: usize>() -> [Distance; REACH] {
-    let mut table = [const { Distance { near: 0, bend: 0, versine: 0 } }; REACH];
-    let e = TAU / N as f64;
-    let mut i = 1;
-    while i <= REACH {
-        let (sin, cos) = sin_cos(i, 2 * N);
-        let versine = 2.0 * sin * sin;
-        // This runs at compile time: an index out of range would not compile.
-        #[allow(clippy::indexing_slicing)]
-        {
-            table[i - 1] = Distance {
-                near: nearest(2.0 * sin * cos / e, 23),
-                bend: nearest(versine / (e * e), 22),
-                versine: nearest(versine, 26),
-            };
-        }
-        i += 1;
-    }
-    table
-}
 
 /// A bin beside the peak.
 pub(super) struct Side {
@@ -85,11 +55,11 @@ const fn bins(x: f64) -> i32 {
 
 /// Fits a tone to the bins around `peak`, which is the middle one of `bins`. Their unit is
 /// `2^exponent` codes.
-pub(super) fn fit(
+pub(in crate::tone::fit) fn fit(
     n: i32,
     peak: i32,
     bins: &[Point],
-    table: &[Distance; REACH],
+    table: &[RealDistance],
     exponent: i32,
     course: FitStart<f32>,
 ) -> Option<Fit<f32>> {
@@ -105,7 +75,7 @@ pub(super) fn fit(
 pub(super) fn read(
     place: &Peak,
     bins: &[Point],
-    table: &[Distance; REACH],
+    table: &[RealDistance],
     room: RangeInclusive<i32>,
     sides: &mut Vec<Side, { 2 * REACH }>,
 ) {

@@ -42,12 +42,12 @@ pub(super) use beside_slow::{STEPS, fit_beside_slow};
 
 use super::rest::{self, Rest, SCALES};
 use super::{
-    Distance, EDGE_LIMIT, ENDED, Fit, FitStart, OFFSET_LIMIT, Pace, SETTLED, START_LIMIT,
-    STEP_LIMIT, limit,
+    EDGE_LIMIT, ENDED, Fit, FitStart, OFFSET_LIMIT, Pace, SETTLED, START_LIMIT, STEP_LIMIT, limit,
 };
 use crate::math::scalar::{Scalar, inverses};
 use crate::math::series::{circle, cosine, line_shape, sinc};
 use crate::spectrum::bins::REACH;
+use crate::spectrum::layout::Distance;
 use core::ops::{Add, Div, Neg, Sub};
 use heapless::Vec;
 use num_complex::Complex;
