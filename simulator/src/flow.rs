@@ -122,12 +122,16 @@ impl Flow {
         flown + particle.beside_mps * (time_s - particle.middle_s)
     }
 
-    /// The light of all of them at a time, codes, and what a mixer in quadrature makes of its fringes.
-    pub fn at(&self, time_s: f64) -> [f64; 2] {
+    /// Those that may be in the beam at a time: most of the time nobody.
+    #[inline]
+    pub fn near(&self, time_s: f64) -> &[usize] {
         let place = ((time_s - self.from_s) / self.stretch_s).max(0.0) as usize;
-        let Some(stretch) = self.stretches.get(place.min(self.stretches.len().max(1) - 1)) else {
-            return [0.0; 2];
-        };
+        let last = self.stretches.len().max(1) - 1;
+        self.stretches.get(place.min(last)).map_or(&[], Vec::as_slice)
+    }
+
+    /// The light of these of them at a time, codes, and what a mixer in quadrature makes of its fringes.
+    pub fn light(&self, near: &[usize], time_s: f64) -> [f64; 2] {
         let light = |&number: &usize| {
             let Some(particle) = self.passed.get(number) else { return [0.0; 2] };
             let x = self.place_m(particle, time_s);
@@ -140,7 +144,7 @@ impl Flow {
                 level * self.of.visibility * sin,
             ]
         };
-        stretch.iter().map(light).fold([0.0; 2], |sum, [i, q]| [sum[0] + i, sum[1] + q])
+        near.iter().map(light).fold([0.0; 2], |sum, [i, q]| [sum[0] + i, sum[1] + q])
     }
 
     /// The frequency of the mean flow at a time, Hz.

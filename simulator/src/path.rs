@@ -203,6 +203,13 @@ impl Path {
         self.noise * libm::sqrt((0..STEPS).map(power).sum::<f64>() / f64::from(STEPS))
     }
 
+    /// Whether each sample is taken when it should be.
+    fn is_punctual(&self) -> bool {
+        let Converter { clock_ppm, skew_s, jitter_s, .. } = self.converter;
+        let moved = self.lost.is_some() || self.stale.is_some();
+        !moved && clock_ppm == 0.0 && skew_s == 0.0 && jitter_s <= 0.0
+    }
+
     /// When a sample is taken that should be taken at a time, s; by its number in the run.
     fn instant_s(&mut self, time_s: f64, number: u64) -> f64 {
         let sample_s = 1.0 / self.rate_hz;
@@ -257,11 +264,15 @@ impl Path {
         self.next_s = from_s + n as f64 / self.rate_hz;
         let ((sin, cos), gain) = (self.quadrature, self.gain);
         let fine_s = 1.0 / (self.rate_hz * self.steps as f64);
+        let punctual = self.is_punctual();
         let mut volts = Vec::with_capacity(n);
         for index in 0..n {
             let number = self.taken;
             self.taken += 1;
-            let instant_s = self.instant_s(from_s + index as f64 / self.rate_hz, number);
+            let mut instant_s = from_s + index as f64 / self.rate_hz;
+            if !punctual {
+                instant_s = self.instant_s(instant_s, number);
+            }
             let mut volt = [0.0; 2];
             for step in 0..self.steps {
                 let time_s = instant_s + step as f64 * fine_s;

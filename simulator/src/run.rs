@@ -122,11 +122,22 @@ impl Voice {
     }
 
     /// Its two parts at a time, codes.
+    #[inline]
     fn at(&self, sent: Option<&Sent>, time_s: f64) -> [f64; 2] {
-        if let What::Flow(flow) = &self.what {
-            let gain = self.changes.at(time_s).gain;
-            return flow.at(time_s).map(|part| gain * part);
+        match &self.what {
+            What::Flow(flow) => match flow.near(time_s) {
+                [] => [0.0; 2],
+                near => {
+                    let gain = self.changes.at(time_s).gain;
+                    flow.light(near, time_s).map(|part| gain * part)
+                }
+            },
+            _ => self.wave(sent, time_s),
         }
+    }
+
+    /// That of one phase.
+    fn wave(&self, sent: Option<&Sent>, time_s: f64) -> [f64; 2] {
         let [_, turns, amplitude] = self.turns(sent, time_s);
         if amplitude == 0.0 {
             return [0.0; 2];

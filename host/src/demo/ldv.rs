@@ -3,7 +3,7 @@
 use super::feed::N;
 use super::nucleo::Nucleo;
 use super::options::{Board, Options};
-use super::shown::{Shown, keys, lines, or_dash, rms, table};
+use super::shown::{Shown, keys, lines, rms, table};
 use super::{DemoError, said};
 use crate::analyze::bursts::Weighted;
 use crate::device::Said;
@@ -21,8 +21,8 @@ use std::f64::consts::TAU;
 const MEAN_BAR: f64 = 0.003;
 const RMS_BAR: f64 = 0.03;
 
-/// Blocks that are taken at once.
-const BLOCKS: usize = 64;
+/// Blocks that are taken at once: few enough that memory is used again, and not given back to the system.
+const BLOCKS: usize = 4;
 
 /// One burst. The keys are those of the JSON lines.
 #[derive(Serialize)]
@@ -159,14 +159,8 @@ pub(super) fn measured(options: &Options) -> Result<Shown, DemoError> {
     );
     let table = table(
         rows.iter().take(25),
-        &[
-            ("time ms", &|row: &Row| format!("{:.3}", 1e3 * row.time_s)),
-            ("true m/s", &|row| or_dash(row.truth_mps, |truth| format!("{truth:.4}"))),
-            ("measured m/s", &|row| format!("{:.4}", row.velocity_mps)),
-            ("+-", &|row| format!("{:.4}", row.sigma_mps)),
-            ("transit us", &|row| format!("{:.2}", 1e6 * row.transit_s)),
-            ("validation", &|row| row.validation.into()),
-        ],
+        "time ms: 1e3 time_s .3 | true m/s: truth_mps .4 | measured m/s: velocity_mps .4 | +-: sigma_mps .4 | transit us: 1e6 transit_s .2 | \
+         validation: validation",
         |_| false,
     );
     let title = format!(
