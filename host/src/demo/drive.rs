@@ -2,10 +2,10 @@
 
 use super::feed::{N, play, records};
 use super::options::Options;
-use super::shown::{Answer, Shown, keys, lines, or_dash, over_time, rms, table};
+use super::shown::{Answer, Shown, keys, lines, over_time, rms, table};
 use super::{DemoError, said};
 use crate::device::Said;
-use crate::plot::chart::{Axis, Series, Style};
+use crate::plot::chart::{Axis, Style};
 use crate::scenario::drive::{self, CYCLE_S, CYCLES};
 use crate::scenario::place;
 use picket_dsp::Verdict;
@@ -180,29 +180,19 @@ pub(super) fn measured(options: &Options) -> Result<Shown, DemoError> {
         cm(0, 1),
         cm(1, 1)
     );
-    let three = |value: f64| format!("{value:.3}");
-    let of = |answer: &Option<Answer>, value: fn(&Answer) -> f64| {
-        or_dash(answer.as_ref(), |a| three(value(a)))
-    };
-    let verdict = |answer: &Option<Answer>| or_dash(answer.as_ref(), |a| a.verdict.name().into());
     let table = table(
         rows.iter().step_by(20),
-        &[
-            ("time s", &|row: &Row| format!("{:.1}", row.time_s)),
-            ("SNR dB", &|row| row.snr_db.map_or("none".into(), |snr| format!("{snr:.1}"))),
-            ("true m", &|row| three(row.truth_range_m)),
-            ("m/s", &|row| three(row.truth_velocity_mps)),
-            ("chirp alone m", &|row| of(&row.single, |a| a.range_m)),
-            ("m/s", &|row| of(&row.single, |a| a.velocity_mps)),
-            ("verdict", &|row| verdict(&row.single)),
-            ("tracked m", &|row| of(&row.tracked, |a| a.range_m)),
-            ("+-", &|row| of(&row.tracked, |a| a.sigma_range_m)),
-            ("m/s", &|row| of(&row.tracked, |a| a.velocity_mps)),
-            ("+-", &|row| of(&row.tracked, |a| a.sigma_velocity_mps)),
-            ("verdict", &|row| verdict(&row.tracked)),
-        ],
+        "time s: time_s .1 | SNR dB: snr_db .1 | true m: truth_range_m .3 | m/s: truth_velocity_mps .3 | chirp alone m: single/range_m .3 | \
+         m/s: single/velocity_mps .3 | verdict: single/verdict | tracked m: tracked/range_m .3 | +-: tracked/sigma_range_m .3 | \
+         m/s: tracked/velocity_mps .3 | +-: tracked/sigma_velocity_mps .3 | verdict: tracked/verdict",
         |_| false,
     );
+    let single = rows.iter().filter_map(|row| Some((row.time_s, row.single?)));
+    let single = single.filter(|(_, answer)| answer.verdict != Verdict::Weak);
+    let tracked = rows.iter().flat_map(|row| row.targets.iter().map(|t| (row.time_s, t.1)));
+    let at = |(time_s, answer): (f64, Answer)| (time_s, answer.place());
+    let truth = rows.iter().map(|row| (row.time_s, row.truth()));
+    let other = rows.iter().filter_map(|row| Some((row.time_s, row.other?)));
     let charts = over_time(
         ["drive-range", "drive-velocity"],
         "A drive at 77 GHz",
@@ -211,20 +201,12 @@ pub(super) fn measured(options: &Options) -> Result<Shown, DemoError> {
             Axis::linear("range, m", 0.0, 200.0),
             Axis::linear("velocity towards the radar, m/s", -16.0, 16.0),
         ],
-        |what| {
-            let single = rows.iter().filter_map(|row| Some((row.time_s, row.single?)));
-            let single = single.filter(|(_, a)| a.verdict != Verdict::Weak);
-            let tracked = rows.iter().flat_map(|row| row.targets.iter().map(|t| (row.time_s, t.1)));
-            let at = |(time_s, answer): (f64, Answer)| (time_s, answer.place()[what]);
-            let truth = rows.iter().map(|row| (row.time_s, row.truth()[what]));
-            let other = rows.iter().filter_map(|row| Some((row.time_s, row.other?[what])));
-            vec![
-                Series::new("chirp alone, not weak", Style::Points, 6, single.map(at)),
-                Series::new("tracked", Style::Points, 0, tracked.map(at)),
-                Series::new("truth", Style::Line, 1, truth),
-                Series::new("truth, another car", Style::Dashed, 2, other),
-            ]
-        },
+        &[
+            ("chirp alone, not weak", Style::Points, 6, single.map(at).collect()),
+            ("tracked", Style::Points, 0, tracked.map(at).collect()),
+            ("truth", Style::Line, 1, truth.collect()),
+            ("truth, another car", Style::Dashed, 2, other.collect()),
+        ],
     );
     Ok(Shown {
         heading: format!(

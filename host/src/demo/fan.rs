@@ -141,14 +141,8 @@ pub(super) fn measured(options: &Options) -> Result<Shown, DemoError> {
     );
     let table = table(
         rows,
-        &[
-            ("true m/s", &|row: &Row| format!("{:+.3}", row.speed.truth_mps)),
-            ("measured m/s", &|row| format!("{:+.5}", row.speed.velocity_mps)),
-            ("+-", &|row| format!("{:.5}", row.speed.sigma_mps)),
-            ("above dB", &|row| format!("{:.1}", row.above_db)),
-            ("below dB", &|row| format!("{:.1}", row.below_db)),
-            ("verdict", &|row| row.speed.verdict.name().into()),
-        ],
+        "true m/s: truth_mps +.3 | measured m/s: velocity_mps +.5 | +-: sigma_mps .5 | above dB: above_db .1 | below dB: below_db .1 | \
+         verdict: verdict",
         |row| !row.speed.is_within(),
     );
     Ok(Shown {

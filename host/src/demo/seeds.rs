@@ -2,7 +2,7 @@
 
 use super::feed::N;
 use super::options::Options;
-use super::shown::table;
+use super::shown::{keys, table};
 use super::table::{self as targets, Summary, Task, heading};
 use super::{DemoError, said};
 use crate::scenario::Laser;
@@ -137,17 +137,19 @@ fn summary(spreads: &[Spread], options: &Options) -> serde_json::Value {
 pub fn text(spreads: &[Spread], options: &Options) -> String {
     let last = options.seed.wrapping_add(options.seeds - 1);
     let head = format!("{} to {last}", heading(options));
-    let gross = |spread: &Spread| 100.0 * spread.gross as f64 / spread.targets as f64;
+    let row = |spread: &Spread| {
+        let Spread { method, targets, gross, flagged, rms_range_m, rms_velocity_mps, .. } = spread;
+        let share = 100.0 * *gross as f64 / *targets as f64;
+        keys! {
+            method, targets, rms_range_m, rms_velocity_mps, gross: format!("{gross} ({share:.2} %)"),
+            flagged: format!("{flagged} of {gross}"),
+        }
+    };
+    let rows: Vec<_> = spreads.iter().map(row).collect();
     let rows = table(
-        spreads,
-        &[
-            ("method", &|spread: &Spread| spread.method.clone()),
-            ("targets", &|spread| spread.targets.to_string()),
-            ("rms L cm", &|spread| format!("{:.3}", spread.rms_range_m * 100.0)),
-            ("rms V km/h", &|spread| format!("{:.4}", spread.rms_velocity_mps * 3.6)),
-            ("gross", &|spread| format!("{} ({:.2} %)", spread.gross, gross(spread))),
-            ("flagged", &|spread| format!("{} of {}", spread.flagged, spread.gross)),
-        ],
+        &rows,
+        "method: method | targets: targets | rms L cm: 100 rms_range_m .3 | rms V km/h: 3.6 rms_velocity_mps .4 | gross: gross | \
+         flagged: flagged",
         |_| false,
     );
     let ratio = ratios(spreads).map_or(String::new(), |[range, velocity]| {

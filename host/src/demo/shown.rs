@@ -2,7 +2,7 @@
 
 use super::options::Options;
 use super::{DemoError, said};
-use crate::plot::chart::{Axis, Chart, Series};
+use crate::plot::chart::{Axis, Chart, Series, Style};
 use comfy_table::{Cell, CellAlignment, Color, LineStyle, Table, TableStyle};
 use picket_dsp::{Target, Usable, Verdict};
 use serde::{Serialize, Serializer};
@@ -90,42 +90,55 @@ macro_rules! keys {
 }
 pub(super) use keys;
 
-/// A column: its head, and what it has of a row.
-pub(super) type Column<'a, R> = (&'a str, &'a dyn Fn(&R) -> String);
-
-/// A table of rows; on a terminal those that are outside are red.
-pub(super) fn table<'r, R: 'r>(
+/// A table of what rows have as JSON; on a terminal those that are outside are red. Columns are parted by ` | `, and each is
+/// `HEAD: [FACTOR] PATH [DIGITS] [± PATH]`: digits are `.3`, or with a sign `+.3`. What a row lacks is a dash.
+pub(super) fn table<'r, R: Serialize + 'r>(
     rows: impl IntoIterator<Item = &'r R>,
-    columns: &[Column<R>],
+    columns: &str,
     outside: impl Fn(&R) -> bool,
 ) -> String {
-    let cells = |row: &R| columns.iter().map(|(_, of)| of(row)).collect();
-    let rows = rows.into_iter().map(|row| (cells(row), outside(row)));
-    grid(columns.iter().map(|(head, _)| *head), rows)
-}
-
-/// A table of heads and cells; on a terminal the rows that are outside are red.
-pub(super) fn grid<'a>(
-    heads: impl IntoIterator<Item = &'a str>,
-    rows: impl IntoIterator<Item = (Vec<String>, bool)>,
-) -> String {
+    let columns: Vec<(&str, &str)> =
+        columns.split(" | ").filter_map(|column| column.split_once(": ")).collect();
     let mut table = Table::new();
     let rule = LineStyle::none().fill('─').junction('─');
     table.load_style(TableStyle::new().header_separator(rule));
     let right = |text: &str| Cell::new(text).set_alignment(CellAlignment::Right);
-    table.set_header(heads.into_iter().map(right));
+    table.set_header(columns.iter().map(|(head, _)| right(head)));
     let colours = std::io::stdout().is_terminal();
-    for (cells, outside) in rows {
-        let cells = cells.iter().map(|text| right(text));
-        let red = |cell: Cell| if colours && outside { cell.fg(Color::Red) } else { cell };
-        table.add_row(cells.map(red));
+    for row in rows {
+        let red = |cell: Cell| if colours && outside(row) { cell.fg(Color::Red) } else { cell };
+        let row = serde_json::json!(row);
+        table.add_row(columns.iter().map(|(_, of)| red(right(&cell(&row, of)))));
     }
     table.trim_fmt()
 }
 
-/// A cell, or a dash.
-pub(super) fn or_dash<T>(value: Option<T>, text: impl Fn(T) -> String) -> String {
-    value.map_or("-".into(), text)
+/// What a column says of a row.
+fn cell(row: &Value, of: &str) -> String {
+    let (of, sigma) = of.split_once(" ± ").map_or((of, None), |(of, sigma)| (of, Some(sigma)));
+    let mut words = of.split(' ').peekable();
+    let factor = words.peek().and_then(|word| word.parse::<f64>().ok());
+    words.next_if(|_| factor.is_some());
+    let at = |path: &str| row.pointer(&format!("/{path}"));
+    let number = |value: &Value, digits: &str| {
+        let value = factor.unwrap_or(1.0) * value.as_f64()?;
+        let places: usize = digits.trim_start_matches('+').strip_prefix('.')?.parse().ok()?;
+        Some(match digits.starts_with('+') {
+            true => format!("{value:+.places$}"),
+            false => format!("{value:.places$}"),
+        })
+    };
+    let digits = [words.next().unwrap_or_default(), words.next().unwrap_or(".0")];
+    let text = match at(digits[0]) {
+        Some(Value::String(text)) => Some(text.clone()),
+        value => value.and_then(|value| number(value, digits[1])),
+    };
+    let sigma =
+        sigma.and_then(at).and_then(|sigma| number(sigma, digits[1].trim_start_matches('+')));
+    match (text, sigma) {
+        (Some(text), Some(sigma)) => format!("{text} ± {sigma}"),
+        (text, _) => text.unwrap_or_else(|| "-".into()),
+    }
 }
 
 /// The root of the mean square.
@@ -227,21 +240,30 @@ pub(super) fn named<S: Serializer>(verdict: &Verdict, to: S) -> Result<S::Ok, S:
     to.serialize_str(verdict.name())
 }
 
-/// Two pictures over time: of ranges, for which `series` gets 0, and of velocities, for which it gets 1.
+/// What is drawn over time of ranges and velocities: in the legend, how, in which colour, and where what is when.
+pub(super) type Points = (&'static str, Style, usize, Vec<(f64, [f64; 2])>);
+
+/// Two pictures over time: of ranges, and of velocities.
 pub(super) fn over_time(
     names: [&'static str; 2],
     title: &str,
     end_s: f64,
     axes: [Axis; 2],
-    series: impl Fn(usize) -> Vec<Series>,
+    points: &[Points],
 ) -> Vec<Chart> {
     let parts = names.into_iter().zip(["range", "velocity"]).zip(axes).enumerate();
-    let chart = |(what, ((name, of), y))| Chart {
+    let chart = |(what, ((name, of), y)): (usize, _)| Chart {
         name,
         title: format!("{title}: {of}"),
         x: Axis::linear("time, s", 0.0, end_s),
         y,
-        series: series(what),
+        series: points
+            .iter()
+            .map(|(label, style, colour, points)| {
+                let points = points.iter().map(|(time_s, place)| (*time_s, place[what]));
+                Series::new(*label, *style, *colour, points)
+            })
+            .collect(),
     };
     parts.map(chart).collect()
 }

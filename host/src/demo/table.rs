@@ -2,7 +2,7 @@
 
 use super::feed::{N, play};
 use super::options::{Board, Options};
-use super::shown::{Answer, Shown, code, grid, is_usable, keys, lines, or_dash, rms};
+use super::shown::{Answer, Keys, Shown, code, is_usable, keys, lines, rms, table};
 use super::{DemoError, pico, said};
 use crate::device::Said;
 use crate::plot::chart::{Axis, Chart, Series, Style};
@@ -51,107 +51,110 @@ impl Measured {
     }
 }
 
-/// How a table has a range or a velocity.
-#[derive(Debug)]
+/// A range or a velocity: what stands of it below a table and in a picture.
+#[derive(Clone, Copy, Debug)]
 struct Quantity {
     /// Its place among range and velocity.
     what: usize,
     name: &'static str,
-    /// Of the truth, of the measurement, and of its error.
-    heads: [&'static str; 3],
-    /// Whether the table has its sign.
-    signed: bool,
-    /// What a metre or a metre per second is in the table, and as an error.
-    scale: f64,
-    error_scale: f64,
-    /// The unit of an error.
-    unit: &'static str,
-    /// Digits of the truth, of an error, of its root mean square, and of the bar.
-    digits: [usize; 4],
+    /// The unit of an error, and what a metre or a metre per second is in it.
+    unit: (&'static str, f64),
+    /// Digits of an error's root mean square, and of the bar.
+    digits: [usize; 2],
     /// Who sets the bar.
     bar: &'static str,
-    /// The picture of its errors: its name, what it is of, and the axes.
+    /// The picture of its errors: its name, and what it is of.
     picture: [&'static str; 2],
-    /// The axis of what the error is drawn over, with its place as above; and the axis of the error.
+    /// What the error is drawn over: its place as above, and the axis.
     over: (usize, &'static str, f64, f64),
+    /// The axis of the error.
     error: &'static str,
 }
 
-const LIDAR_RANGE: Quantity = Quantity {
-    what: 0,
-    name: "range",
-    heads: ["true L m", "L m", "dL cm"],
-    signed: false,
-    scale: 1.0,
-    error_scale: 100.0,
-    unit: "cm",
-    digits: [0, 2, 2, 0],
-    bar: "the paper: at most",
-    picture: ["lidar-range", "Targets before a lidar: error of the range"],
-    over: (0, "range, m", 0.0, 120.0),
-    error: "error, cm",
-};
-const LIDAR_VELOCITY: Quantity = Quantity {
-    what: 1,
-    name: "velocity",
-    heads: ["true V km/h", "V km/h", "dV km/h"],
-    signed: true,
-    scale: 3.6,
-    error_scale: 3.6,
-    unit: "km/h",
-    digits: [0, 3, 3, 2],
-    picture: ["lidar-velocity", "Targets before a lidar: error of the velocity"],
-    error: "error, km/h",
-    ..LIDAR_RANGE
-};
-const RADAR_RANGE: Quantity =
-    Quantity { digits: [0, 2, 2, 1], bar: "the bar, a tenth of the resolution:", ..LIDAR_RANGE };
-const RADAR_VELOCITY: Quantity = Quantity {
-    heads: ["true V m/s", "V m/s", "dV m/s"],
-    scale: 1.0,
-    error_scale: 1.0,
-    unit: "m/s",
-    digits: [0, 3, 3, 3],
-    bar: RADAR_RANGE.bar,
-    ..LIDAR_VELOCITY
-};
-const RIM: Quantity = Quantity {
-    heads: ["true V mm/s", "V mm/s", "dV mm/s"],
-    scale: 1e3,
-    error_scale: 1e3,
-    unit: "mm/s",
-    digits: [3, 3, 3, 0],
-    bar: "the paper: below",
-    picture: ["turntable", "A turntable before a velocimeter: error of the rim's speed"],
-    over: (1, "speed of the rim, m/s", -4.0, 4.0),
-    error: "error, mm/s",
-    ..LIDAR_VELOCITY
-};
+/// How the results of a scene are shown, and what they must keep to.
+#[derive(Clone, Copy, Debug)]
+struct Look {
+    columns: &'static str,
+    quantities: &'static [Quantity],
+    bars: Bars,
+}
 
-const LIDAR: &[Quantity] = &[LIDAR_RANGE, LIDAR_VELOCITY];
-const RADAR: &[Quantity] = &[RADAR_RANGE, RADAR_VELOCITY];
-const TURNTABLE: &[Quantity] = &[RIM];
+const PAPER: &str = "the paper: at most";
+const OVER_RANGE: (usize, &str, f64, f64) = (0, "range, m", 0.0, 120.0);
+const LIDAR: Look = Look {
+    columns: "row: row | true L m: truth_range_m .0 | true V km/h: 3.6 truth_velocity_mps +.0 | L m: range_m .3 ± sigma_range_m | \
+              V km/h: 3.6 velocity_mps +.3 ± sigma_velocity_mps | dL cm: 100 off/0 +.2 | dV km/h: 3.6 off/1 +.3 | verdict: verdict",
+    quantities: &[
+        Quantity {
+            what: 0,
+            name: "range",
+            unit: ("cm", 100.0),
+            digits: [2, 0],
+            bar: PAPER,
+            picture: ["lidar-range", "Targets before a lidar: error of the range"],
+            over: OVER_RANGE,
+            error: "error, cm",
+        },
+        Quantity {
+            what: 1,
+            name: "velocity",
+            unit: ("km/h", 3.6),
+            digits: [3, 2],
+            bar: PAPER,
+            picture: ["lidar-velocity", "Targets before a lidar: error of the velocity"],
+            over: OVER_RANGE,
+            error: "error, km/h",
+        },
+    ],
+    bars: scenario::LIDAR_BARS,
+};
+const RESOLUTION: &str = "the bar, a tenth of the resolution:";
+const RADAR: Look = Look {
+    columns: "row: row | shape: shape | true L m: truth_range_m .0 | true V m/s: truth_velocity_mps +.0 | L m: range_m .3 ± sigma_range_m | \
+              V m/s: velocity_mps +.3 ± sigma_velocity_mps | dL cm: 100 off/0 +.2 | dV m/s: off/1 +.3 | verdict: verdict",
+    quantities: &[
+        Quantity { digits: [2, 1], bar: RESOLUTION, ..LIDAR.quantities[0] },
+        Quantity { unit: ("m/s", 1.0), digits: [3, 3], bar: RESOLUTION, ..LIDAR.quantities[1] },
+    ],
+    bars: before_radar::BARS,
+};
+const TURNTABLE: Look = Look {
+    columns: "row: row | true V mm/s: 1e3 truth_velocity_mps +.3 | V mm/s: 1e3 velocity_mps +.3 ± sigma_velocity_mps | \
+              dV mm/s: 1e3 off/1 +.3 | verdict: verdict",
+    quantities: &[Quantity {
+        unit: ("mm/s", 1e3),
+        digits: [3, 0],
+        bar: "the paper: below",
+        picture: ["turntable", "A turntable before a velocimeter: error of the rim's speed"],
+        over: (1, "speed of the rim, m/s", -4.0, 4.0),
+        error: "error, mm/s",
+        ..LIDAR.quantities[1]
+    }],
+    bars: scenario::TURNTABLE_BARS,
+};
 
 /// A table of results and what it must keep to.
 #[derive(Clone, Debug)]
 pub struct Summary {
     /// All rows, in order.
     pub results: Vec<Measured>,
-    /// The papers' accuracy.
-    pub bars: Bars,
     /// The method's name.
     pub method: String,
     /// Which signal the receiver conjugates, where there is a choice.
     mixing: Option<Mixing>,
     /// What bends the phase within a block, for people: then the table has the errors of usable answers, too.
     bent: Option<String>,
-    quantities: &'static [Quantity],
+    look: Look,
 }
 
 impl Summary {
     /// How many rows are inside the bars.
     pub fn inside(&self) -> usize {
-        self.results.iter().filter(|result| result.inside(&self.bars)).count()
+        self.results.iter().filter(|result| self.has(result)).count()
+    }
+
+    fn has(&self, row: &Measured) -> bool {
+        row.inside(&self.look.bars)
     }
 
     /// Root mean square and largest magnitude of an error over the rows that have an answer.
@@ -174,43 +177,25 @@ impl Summary {
 
     /// The rows, for people.
     pub fn rows_text(&self) -> String {
-        let shapes = self.results.iter().any(|row| row.shape.is_some());
-        let of = |q: &Quantity, place: [f64; 2], digits: usize| {
-            let value = place[q.what] * q.scale;
-            if q.signed { format!("{value:+.digits$}") } else { format!("{value:.digits$}") }
+        let row = |(keys, row): (Keys, &Measured)| {
+            let off = ("off", serde_json::json!(row.errors()));
+            Keys(keys.0.into_iter().chain([off]).collect())
         };
-        let all = self.quantities;
-        let heads = (0..3).flat_map(|column| all.iter().map(move |q| q.heads[column]));
-        let shape = shapes.then_some("shape");
-        let heads = ["row"].into_iter().chain(shape).chain(heads).chain(["verdict"]);
-        let row = |(index, row): (usize, &Measured)| {
-            let mut cells = vec![(index + 1).to_string()];
-            cells.extend(row.shape.map(|shape| name(shape).to_owned()));
-            cells.extend(all.iter().map(|q| of(q, row.true_place(), q.digits[0])));
-            cells.extend(all.iter().map(|q| {
-                or_dash(row.answer, |a| {
-                    let sigma = a.sigmas()[q.what] * q.scale;
-                    format!("{} ± {sigma:.3}", of(q, a.place(), 3))
-                })
-            }));
-            cells.extend(all.iter().map(|q| {
-                or_dash(row.errors(), |e| format!("{:+.*}", q.digits[1], e[q.what] * q.error_scale))
-            }));
-            cells.push(row.answer.map_or("no record", |a| a.verdict.name()).into());
-            (cells, !row.inside(&self.bars))
-        };
-        grid(heads, self.results.iter().enumerate().map(row))
+        let rows: Vec<Keys> = self.keys().into_iter().zip(&self.results).map(row).collect();
+        let inside = |keys: &Keys| keys.0.contains(&("inside", true.into()));
+        table(&rows, self.look.columns, |row| !inside(row))
     }
 
     /// What stands below the rows.
     pub fn text(&self) -> String {
         let (inside, rows) = (self.inside(), self.results.len());
         let mut text = format!("{inside} of {rows} rows inside, by {}\n", self.method);
-        for q in self.quantities {
-            let ((rms, worst), [.., digits, of_bar]) = (self.spread(q.what), q.digits);
-            let [rms, worst] = [rms, worst].map(|error| q.error_scale * error);
-            let bar = q.error_scale * self.bars.of(q.what);
-            let (unit, name) = (q.unit, q.name);
+        for q in self.look.quantities {
+            let ((unit, scale), [digits, of_bar]) = (q.unit, q.digits);
+            let (rms, worst) = self.spread(q.what);
+            let [rms, worst, bar] =
+                [rms, worst, self.look.bars.of(q.what)].map(|error| scale * error);
+            let name = q.name;
             let errors =
                 format!("{name:<9} rms {rms:.digits$} {unit}, worst {worst:.digits$} {unit}");
             text += &format!("  {errors:<42} ({} {bar:.of_bar$} {unit})\n", q.bar);
@@ -218,18 +203,18 @@ impl Summary {
         let Some(bent) = &self.bent else { return text };
         let usable = self.count_usable();
         text += &format!("{bent}: {usable} of {rows} usable within sigma\n");
-        for Quantity { what, name, error_scale, unit, digits, .. } in self.quantities {
+        for Quantity { what, name, unit: (unit, scale), digits: [digits, _], .. } in
+            self.look.quantities
+        {
             let (rms, sigmas) = self.usable(*what);
-            let rms = format!("{:.*} {unit}", digits[2], error_scale * rms);
+            let rms = format!("{:.digits$} {unit}", scale * rms);
             text += &format!("  {name:<9} rms {rms}, error over sigma {sigmas:.2}\n");
         }
         text
     }
 
-    /// One object a line, the summary last.
-    fn lines(&self) -> Result<Vec<String>, DemoError> {
-        let method = &self.method;
-        let mixing = self.mixing.map(|mixing| ("mixing", mixing.name().into()));
+    /// What each row has, for programs.
+    fn keys(&self) -> Vec<Keys> {
         let row = |(index, result): (usize, &Measured)| {
             let answer = result.answer;
             let mut keys = keys! {
@@ -241,27 +226,32 @@ impl Summary {
                 sigma_range_m: answer.map(|a| a.sigma_range_m),
                 sigma_velocity_mps: answer.map(|a| a.sigma_velocity_mps),
                 verdict: answer.map_or(Verdict::NoSignal, |a| a.verdict).name(),
-                inside: result.inside(&self.bars),
-                method,
+                inside: self.has(result),
+                method: &self.method,
             };
             keys.0.extend(result.shape.map(|shape| ("shape", name(shape).into())));
-            keys.0.extend(mixing.clone());
+            keys.0.extend(self.mixing.map(|mixing| ("mixing", mixing.name().into())));
             keys
         };
-        let rows: Vec<_> = self.results.iter().enumerate().map(row).collect();
+        self.results.iter().enumerate().map(row).collect()
+    }
+
+    /// One object a line, the summary last.
+    fn lines(&self) -> Result<Vec<String>, DemoError> {
+        let method = &self.method;
         let [(rms_range_m, worst_range_m), (rms_velocity_mps, worst_velocity_mps)] =
             [0, 1].map(|what| self.spread(what));
         let [(usable_rms_range_m, range_sigmas), (usable_rms_velocity_mps, velocity_sigmas)] =
             [0, 1].map(|what| self.usable(what));
-        let (bar_range_m, bar_velocity_mps) = (self.bars.range_m, self.bars.velocity_mps);
+        let [bar_range_m, bar_velocity_mps] = [0, 1].map(|what| self.look.bars.of(what));
         let (inside, usable) = (self.inside(), self.count_usable());
         let mut all = keys! {
-            summary: true, rows: rows.len(), inside, rms_range_m, worst_range_m, rms_velocity_mps, worst_velocity_mps,
+            summary: true, rows: self.results.len(), inside, rms_range_m, worst_range_m, rms_velocity_mps, worst_velocity_mps,
             bar_range_m, bar_velocity_mps, usable, usable_rms_range_m, usable_rms_velocity_mps, range_sigmas,
             velocity_sigmas, method,
         };
-        all.0.extend(mixing.clone());
-        lines(&rows, &all)
+        all.0.extend(self.mixing.map(|mixing| ("mixing", mixing.name().into())));
+        lines(&self.keys(), &all)
     }
 
     /// The table and its pictures.
@@ -271,23 +261,24 @@ impl Summary {
             table: self.rows_text(),
             text: self.text(),
             lines: self.lines()?,
-            charts: self.quantities.iter().map(|quantity| self.chart(quantity)).collect(),
+            charts: self.look.quantities.iter().map(|quantity| self.chart(quantity)).collect(),
             right: self.inside() == self.results.len(),
         })
     }
 
     /// The errors of a quantity and their sigmas, with the bar.
     fn chart(&self, q: &Quantity) -> Chart {
+        let (_, scale) = q.unit;
         let of = |wanted: bool| -> Vec<[f64; 3]> {
             let rows = self.results.iter().filter(|row| row.is_usable() == wanted);
             let seen = rows.filter_map(|row| {
                 let (error, sigma) = (row.errors()?[q.what], row.answer?.sigmas()[q.what]);
-                Some([row.true_place()[q.over.0], q.error_scale * error, q.error_scale * sigma])
+                Some([row.true_place()[q.over.0], scale * error, scale * sigma])
             });
             seen.collect()
         };
         // An answer that cannot be used may be off by any number: it does not stretch the axis.
-        let (usable, bar) = (of(true), q.error_scale * self.bars.of(q.what));
+        let (usable, bar) = (of(true), scale * self.look.bars.of(q.what));
         let most = usable.iter().map(|[_, error, sigma]| error.abs() + sigma).fold(bar, f64::max);
         let series = |label, colour, seen: &[[f64; 3]]| {
             Series::new(label, Style::Points, colour, seen.iter().map(|s| (s[0], s[1])))
@@ -349,8 +340,7 @@ pub(super) struct Task {
     method: Method,
     rows: Vec<Row>,
     sensor: Scene,
-    quantities: &'static [Quantity],
-    bars: Bars,
+    look: Look,
     bent: Option<String>,
     spot_m: Option<f64>,
 }
@@ -359,18 +349,17 @@ impl Task {
     fn new<R: Record>(
         (config, method): (Config, Option<Method>),
         rows: Vec<Row>,
-        (quantities, bars): (&'static [Quantity], Bars),
+        look: Look,
     ) -> Result<Self, DemoError> {
         let config = Config { method: method.unwrap_or(config.method), ..config };
         let method = config.plan::<R, N>().map_err(said)?.options.method;
         let sensor = scenario::sensor::<R>(&config, N, 0.0, 1);
-        Ok(Task { config, method, rows, sensor, quantities, bars, bent: None, spot_m: None })
+        Ok(Task { config, method, rows, sensor, look, bent: None, spot_m: None })
     }
 
     /// The lidar's, with its laser.
     pub fn lidar(method: Option<Method>, laser: Laser) -> Result<Self, DemoError> {
-        let shown = (LIDAR, scenario::LIDAR_BARS);
-        let task = Task::new::<Real>((scenario::lidar(), method), scenario::table3(), shown)?;
+        let task = Task::new::<Real>((scenario::lidar(), method), scenario::table3(), LIDAR)?;
         let Laser { linewidth_hz, sweep_error } = laser;
         let bent = (laser != Laser::default()).then(|| {
             let (khz, share) = (1e-3 * linewidth_hz, 100.0 * sweep_error);
@@ -492,14 +481,7 @@ impl Task {
             }
         }
         let (method, bent) = (self.method.name().into(), self.bent.clone());
-        Summary {
-            results,
-            bars: self.bars,
-            method,
-            mixing: None,
-            bent,
-            quantities: self.quantities,
-        }
+        Summary { results, method, mixing: None, bent, look: self.look }
     }
 }
 
@@ -511,10 +493,9 @@ pub fn lidar(options: &Options) -> Result<Summary, DemoError> {
 
 /// Targets in front of the 24 GHz radar, by both shapes.
 pub fn radar(options: &Options) -> Result<Summary, DemoError> {
-    let shown = (RADAR, before_radar::BARS);
     let [mut both, trapezoid] = before_radar::SHAPES.map(|shape| {
         let config = (before_radar::config(shape, options.mixing()), options.method);
-        let task = Task::new::<Iq>(config, before_radar::rows(), shown)?;
+        let task = Task::new::<Iq>(config, before_radar::rows(), RADAR)?;
         let mut summary = task.summary(&task.on_mps2::<Iq>(options)?, 1);
         summary.results.iter_mut().for_each(|row| row.shape = Some(shape));
         Ok(Summary { mixing: Some(options.mixing()), ..summary })
@@ -527,9 +508,8 @@ pub fn radar(options: &Options) -> Result<Summary, DemoError> {
 
 /// The turntable's speeds.
 pub fn turntable(options: &Options) -> Result<Summary, DemoError> {
-    let shown = (TURNTABLE, scenario::TURNTABLE_BARS);
     let config = (scenario::turntable(), options.method);
-    let task = Task::new::<Iq>(config, scenario::turntable_rows(), shown)?;
+    let task = Task::new::<Iq>(config, scenario::turntable_rows(), TURNTABLE)?;
     let bent = options.spot_mm.map(|spot_mm| format!("rough rim below a spot of {spot_mm} mm"));
     let task = Task { bent, spot_m: options.spot_m(), ..task };
     Ok(task.summary(&task.on_mps2::<Iq>(options)?, 1))

@@ -2,9 +2,9 @@
 
 use super::feed::{N, records};
 use super::options::Options;
-use super::shown::{Answer, Keys, Shown, keys, lines, or_dash, over_time, rms, table};
+use super::shown::{Answer, Keys, Points, Shown, keys, lines, over_time, rms, table};
 use super::{DemoError, said};
-use crate::plot::chart::{Axis, Series, Style};
+use crate::plot::chart::{Axis, Style};
 use crate::scenario::traffic::{self as scene, ACCELERATION, CARS, CYCLE_S, CYCLES};
 use crate::scenario::{lidar, place};
 use picket_dsp::plan::Solver;
@@ -129,46 +129,46 @@ fn rows(seed: u64, snr_db: f64) -> Result<Vec<Row>, DemoError> {
     Ok(rows)
 }
 
-/// What the table has in a line: the time before the first of a chirp, and a car, an answer or both.
-type Line<'a> = (Option<f64>, Option<&'a Car>, Option<&'a Answer>);
-
-/// Each car with the target that is of it, the good one before others, and then the targets of no car.
-fn pairs(row: &Row) -> Vec<Line<'_>> {
+/// A line of the table for each car with the target that is of it, the good one before others, and then for the targets of no car. The first
+/// has the time.
+fn pairs(row: &Row) -> Vec<Keys> {
     let mut left: Vec<&Answer> = row.targets.iter().collect();
     left.sort_by_key(|answer| !answer.is_good());
-    let mut pairs: Vec<Line> = Vec::new();
+    let mut pairs: Vec<(Option<&Car>, Option<&Answer>)> = Vec::new();
     for car in &row.cars {
         let place = left.iter().position(|answer| car.has(answer));
-        pairs.push((None, Some(car), place.map(|place| left.remove(place))));
+        pairs.push((Some(car), place.map(|place| left.remove(place))));
     }
-    pairs.extend(left.into_iter().map(|answer| (None, None, Some(answer))));
-    pairs.iter_mut().take(1).for_each(|first| first.0 = Some(row.time_s));
-    pairs
+    pairs.extend(left.into_iter().map(|answer| (None, Some(answer))));
+    let line = |(index, (car, answer)): (usize, (Option<&Car>, Option<&Answer>))| {
+        let time = if index == 0 { format!("{:.1}", row.time_s) } else { String::new() };
+        keys! { time, car, answer, off: car.zip(answer).map(|(car, answer)| answer.off(car.place())) }
+    };
+    pairs.into_iter().enumerate().map(line).collect()
 }
 
 /// Right: nothing but cars is called good, and nearly all that can be are found.
 pub(super) fn measured(options: &Options) -> Result<Shown, DemoError> {
     let rows = rows(options.seed, options.snr_db())?;
     let (all, text, right) = summary(&rows);
-    let off = |line: &Line, what: usize| {
-        let off = line.1.zip(line.2).map(|(car, answer)| 100.0 * answer.off(car.place())[what]);
-        or_dash(off, |cm| format!("{cm:+.2}"))
-    };
-    let shown: Vec<Line> = rows.iter().step_by(40).flat_map(pairs).collect();
+    let shown: Vec<Keys> = rows.iter().step_by(40).flat_map(pairs).collect();
     let table = table(
         &shown,
-        &[
-            ("time s", &|line: &Line| line.0.map_or(String::new(), |time| format!("{time:.1}"))),
-            ("true m", &|line| or_dash(line.1, |car| format!("{:.3}", car.range_m))),
-            ("m/s", &|line| or_dash(line.1, |car| format!("{:+.3}", car.velocity_mps))),
-            ("measured m", &|line| or_dash(line.2, |a| format!("{:.3}", a.range_m))),
-            ("m/s", &|line| or_dash(line.2, |a| format!("{:+.3}", a.velocity_mps))),
-            ("off cm", &|line| off(line, 0)),
-            ("cm/s", &|line| off(line, 1)),
-            ("verdict", &|line| or_dash(line.2, |a| a.verdict.name().into())),
-        ],
+        "time s: time | true m: car/range_m .3 | m/s: car/velocity_mps +.3 | measured m: answer/range_m .3 | m/s: answer/velocity_mps +.3 | \
+         off cm: 100 off/0 +.2 | cm/s: 100 off/1 +.2 | verdict: answer/verdict",
         |_| false,
     );
+    let good = |wanted: bool| {
+        let all = rows.iter().flat_map(|row| row.targets.iter().map(|a| (row.time_s, a)));
+        all.filter(|(_, a)| a.is_good() == wanted).map(|(time_s, a)| (time_s, a.place())).collect()
+    };
+    let way = |(car, label): (usize, _)| {
+        let way = rows.iter().map(|row| (row.time_s, row.cars[car].place()));
+        (label, Style::Line, 1 + car, way.collect())
+    };
+    let mut points: Vec<Points> =
+        vec![("not good", Style::Points, 6, good(false)), ("good", Style::Points, 0, good(true))];
+    points.extend(["truth, car 1", "car 2", "car 3", "car 4"].into_iter().enumerate().map(way));
     let charts = over_time(
         ["traffic-range", "traffic-velocity"],
         "Four cars before a lidar",
@@ -177,24 +177,7 @@ pub(super) fn measured(options: &Options) -> Result<Shown, DemoError> {
             Axis::linear("range, m", 0.0, 120.0),
             Axis::linear("velocity towards the lidar, m/s", -20.0, 20.0),
         ],
-        |what| {
-            let good = |wanted: bool| {
-                let all = rows.iter().flat_map(|row| row.targets.iter().map(|a| (row.time_s, a)));
-                let all = all.filter(move |(_, a)| a.is_good() == wanted);
-                all.map(move |(time, a)| (time, a.place()[what]))
-            };
-            let points =
-                |label, colour, wanted| Series::new(label, Style::Points, colour, good(wanted));
-            let way = |(car, label): (usize, &str)| {
-                let way = rows.iter().map(|row| (row.time_s, row.cars[car].place()[what]));
-                Series::new(label, Style::Line, 1 + car, way)
-            };
-            let ways = ["truth, car 1", "car 2", "car 3", "car 4"].into_iter().enumerate().map(way);
-            [points("not good", 6, false), points("good", 0, true)]
-                .into_iter()
-                .chain(ways)
-                .collect()
-        },
+        &points,
     );
     let heading = format!(
         "Four cars before a lidar: 1550 nm, 1 GHz in 10 us, 12 bits at 250 MS/s, N = {N} per ramp, 20 chirps a second, {} dB at 20 m, \

@@ -92,13 +92,7 @@ pub(super) fn measured(options: &Options) -> Result<Shown, DemoError> {
     // Whole or half swings between the rows would show no swing.
     let table = table(
         rows.iter().step_by(17),
-        &[
-            ("time s", &|row: &Row| format!("{:.3}", row.time_s)),
-            ("true um", &|row| format!("{:.3}", row.truth_um)),
-            ("measured um", &|row| format!("{:.3}", row.measured_um)),
-            ("+-", &|row| format!("{:.3}", row.sigma_um)),
-            ("verdict", &|row| row.verdict.name().into()),
-        ],
+        "time s: time_s .3 | true um: truth_um .3 | measured um: measured_um .3 | +-: sigma_um .3 | verdict: verdict",
         |_| false,
     );
     // The first swings, with a band of one sigma, and the bound.

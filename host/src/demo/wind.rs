@@ -159,14 +159,7 @@ pub(super) fn measured(options: &Options) -> Result<Shown, DemoError> {
     );
     let table = table(
         rows.iter().step_by(3),
-        &[
-            ("azimuth", &|row: &Row| row.azimuth_deg.to_string()),
-            ("true m/s", &|row| format!("{:+.4}", row.speed.truth_mps)),
-            ("measured m/s", &|row| format!("{:+.4}", row.speed.velocity_mps)),
-            ("+-", &|row| format!("{:.4}", row.speed.sigma_mps)),
-            ("SNR dB", &|row| format!("{:.1}", row.snr_db)),
-            ("verdict", &|row| row.speed.verdict.name().into()),
-        ],
+        "azimuth: azimuth_deg | true m/s: truth_mps +.4 | measured m/s: velocity_mps +.4 | +-: sigma_mps .4 | SNR dB: snr_db .1 | verdict: verdict",
         |row| !row.is_right(),
     );
     Ok(Shown {
