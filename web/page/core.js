@@ -19,6 +19,9 @@ export async function compile(url) {
 const TRACK = ["number", "hertz", "sigma", "misses"];
 const TONE = ["hertz", "sigma", "amplitude", "phase", "sigma_phase", "snr_db", "verdict"];
 
+// A checksum in hexadecimal digits.
+const digits = (sum) => BigInt.asUintN(64, sum).toString(16).padStart(16, "0");
+
 /** Rows of numbers, one behind the other, as objects with these names. */
 export function objects(numbers, names) {
   const rows = [];
@@ -162,7 +165,10 @@ export class Core {
   }
 
   checksum(fixed, blocks) {
-    const sum = this.exports.picket_checksum(fixed ? 1 : 0, blocks);
-    return BigInt.asUintN(64, sum).toString(16).padStart(16, "0");
+    return digits(this.exports.picket_checksum(fixed ? 1 : 0, blocks));
+  }
+
+  sceneChecksum() {
+    return digits(this.exports.picket_scene_checksum());
   }
 }

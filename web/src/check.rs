@@ -1,4 +1,5 @@
-//! Random blocks through the page's own stations: what is measured of them must be the same to the bit as on every other machine.
+//! Random blocks through the page's own stations, and a scene of the simulator: what is measured of the first and the samples of the second
+//! must be the same to the bit as on every other machine.
 
 #[path = "../../dependents/same_bits.rs"]
 pub mod same_bits;
@@ -6,6 +7,9 @@ pub mod same_bits;
 use crate::station::from_config;
 use picket_dsp::acquire::sample::{Iq, Real, Record, Stamp};
 use picket_dsp::{Arithmetic, Codes, Config};
+use picket_simulator::scene::{Change, Converter, Density, Hum, Noise, Particles, Receiver, Source};
+use picket_simulator::scene::{Target, Vibration, Waveform};
+use picket_simulator::{Scene, Value};
 pub use same_bits::Seen;
 use same_bits::{Random, fill, hashed};
 
@@ -46,4 +50,85 @@ fn measure<R: Record>(fixed: bool, n: usize, blocks: u32, random: &mut Random, s
             seen.checksum = hashed(seen.checksum, word);
         }
     }
+}
+
+/// Two targets before a radar whose wave wanders, one braking and rough and one that swings, beside particles in a flow that reverses; with
+/// mains hum, pink noise behind a filter, and a converter that is bent, jitters and wraps.
+pub fn scene() -> Scene {
+    let car = Target {
+        range_m: 40.0.into(),
+        velocity_mps: Value::Over(vec![[0.0, 14.0], [0.05, 14.0], [0.1, 2.0]]),
+        amplitude: Some(400.0.into()),
+        amplitude_at_m: Some(40.0),
+        spot_m: Some(0.3),
+        ..Target::default()
+    };
+    let plate = Target {
+        range_m: (2.0..3.0).into(),
+        level_db: Some((-6.0).into()),
+        vibration: vec![Vibration {
+            amplitude_m: 1e-3.into(),
+            frequency_hz: 30.0.into(),
+            phase_turns: (0.0..1.0).into(),
+        }],
+        changes: vec![Change::Walk { linewidth_hz: 3.0.into() }],
+        ..Target::default()
+    };
+    let flow = Particles {
+        velocity_mps: Value::Over(vec![[0.0, 1.0], [0.2, -1.0]]),
+        turbulence_mps: 0.1,
+        per_m: 500.0,
+        level_db: Some((-3.0).into()),
+        shift_hz: 2e3,
+        sizes: 0.4,
+        ..Particles::default()
+    };
+    let hum = Hum {
+        frequency_hz: 50.0.into(),
+        amplitude: 60.0.into(),
+        harmonics: vec![[3.0, -10.0]],
+        phase_turns: None,
+        direction_turns: None,
+    };
+    let receiver = Receiver {
+        iq: true,
+        gain_error: 0.03.into(),
+        quadrature_rad: 0.02.into(),
+        hum: vec![hum],
+        noise: Noise {
+            rms: Some(20.0.into()),
+            shape: vec![Density::Flicker { power: 0.5.into() }],
+            ..Noise::default()
+        },
+        low_pass_hz: vec![8e3],
+        ..Receiver::default()
+    };
+    let converter = Converter {
+        bits: 10,
+        wraps: true,
+        inl_codes: 3.0.into(),
+        jitter_s: 1e-7,
+        ..Converter::default()
+    };
+    let waveform = Waveform { carrier_hz: 24e9, linewidth_hz: 1e4, ..Waveform::default() };
+    Scene {
+        seed: 7,
+        rate_hz: 20e3,
+        seconds: 0.2,
+        waveform: Some(waveform),
+        sources: vec![Source::Target(car), Source::Target(plate), Source::Particles(flow)],
+        receiver,
+        converter,
+        ..Scene::default()
+    }
+}
+
+/// The checksum of its codes.
+///
+/// # Errors
+/// Why the scene cannot be.
+pub fn scene_checksum() -> Result<u64, String> {
+    let codes = scene().codes(0)?;
+    let word = |[i, q]: [i16; 2]| u32::from(i as u16) << 16 | u32::from(q as u16);
+    Ok(codes.into_iter().map(word).fold(0xCBF2_9CE4_8422_2325, hashed))
 }

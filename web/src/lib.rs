@@ -156,3 +156,9 @@ pub extern "C" fn picket_state() {
 pub extern "C" fn picket_checksum(fixed: u32, blocks: u32) -> u64 {
     check::checksum(fixed != 0, blocks).checksum
 }
+
+/// The checksum of a scene's samples, for the same comparison.
+#[unsafe(no_mangle)]
+pub extern "C" fn picket_scene_checksum() -> u64 {
+    check::scene_checksum().unwrap_or_default()
+}

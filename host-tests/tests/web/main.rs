@@ -19,6 +19,7 @@ use picket_web::check;
 use picket_wire::command::{Command, Request};
 use picket_wire::frame::Reader;
 use serde_json::Value;
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -588,7 +589,7 @@ fn the_page_is_small() {
     assert!(page <= 1_250_000, "{page} bytes");
 }
 
-/// Seed 0x2545_F491_4F6C_DD1D, as `check` has it.
+/// What it measures of random blocks, and the samples of a scene that has of all. Seed 0x2545_F491_4F6C_DD1D, as `check` has it.
 #[test]
 fn the_module_gives_the_same_bits() {
     const BLOCKS: u32 = 100_000;
@@ -612,8 +613,15 @@ fn the_module_gives_the_same_bits() {
     }
     let output = child.wait_with_output().unwrap();
     let theirs = String::from_utf8(output.stdout).unwrap();
-    let ours = ours.map(|seen| format!("{:016x}\n", seen.checksum)).concat();
-    assert_eq!(theirs, ours);
+    let [float, fixed] = ours.map(|seen| seen.checksum);
+    let scene = check::scene_checksum().unwrap();
+    // No part of it is still, and it reaches both rails.
+    let codes = check::scene().codes(0).unwrap();
+    for part in [0, 1] {
+        let seen: BTreeSet<i16> = codes.iter().map(|code| code[part]).collect();
+        assert!(seen.len() > 900 && seen.contains(&-512) && seen.contains(&511), "{}", seen.len());
+    }
+    assert_eq!(theirs, format!("{float:016x}\n{fixed:016x}\n{scene:016x}\n"));
 }
 
 /// What is kept of the plotting library is what its authors published: uPlot 1.6.32 on npm.
