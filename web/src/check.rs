@@ -7,7 +7,9 @@ pub mod same_bits;
 use crate::station::from_config;
 use picket_dsp::acquire::sample::{Iq, Real, Record, Stamp};
 use picket_dsp::{Arithmetic, Codes, Config};
-use picket_simulator::scene::{Change, Converter, Density, Hum, Noise, Particles, Receiver, Source};
+use picket_simulator::scene::{
+    Change, Converter, Density, Hum, Noise, Particles, Receiver, Source,
+};
 use picket_simulator::scene::{Target, Vibration, Waveform};
 use picket_simulator::{Scene, Value};
 pub use same_bits::Seen;

@@ -101,15 +101,13 @@ pub enum Asked {
     },
 }
 
-/// What came out, beside what was asked.
-#[derive(Clone, Debug)]
+/// What came out.
+#[derive(Clone, Copy, Debug)]
 pub struct Judged {
-    /// What was asked.
-    pub asked: String,
-    /// What was seen.
-    pub seen: String,
-    /// The value.
+    /// The share, or another value.
     pub value: f64,
+    /// Of how many answers or trials.
+    pub of: u64,
     /// Whether chance explains it.
     pub holds: bool,
 }
@@ -186,76 +184,45 @@ impl Asked {
     /// What came out of these trials.
     pub fn judge(&self, trials: &[Trial]) -> Judged {
         let near: Vec<&Seen> = trials.iter().flat_map(|trial| &trial.seen).filter(near).collect();
-        let count = near.len() as f64;
+        let of = near.len() as u64;
+        let count = of as f64;
+        let squares = |of: &dyn Fn(&Seen) -> f64| near.iter().map(|seen| of(seen).powi(2)).sum();
         match *self {
             Asked::Share { of, least, most } => {
                 let (all, seen) = of.count(trials);
-                let share = seen as f64 / all as f64;
                 // As many or more at the most that is allowed, as many or fewer at the least.
                 let more = seen == 0 || tail(all, most, |law| 1.0 - law.cdf(seen - 1), most < 1.0);
                 let fewer = tail(all, least, |law| law.cdf(seen), least > 0.0);
-                let asked = match (least, most) {
-                    (0.0, most) => format!("{of:?} <= {most}"),
-                    (least, 1.0) => format!("{of:?} >= {least}"),
-                    (least, most) => format!("{of:?} {least} to {most}"),
-                };
                 let holds = all > 0 && more && fewer;
-                Judged { asked, seen: format!("{seen} of {all}"), value: share, holds }
+                Judged { value: seen as f64 / all as f64, of: all, holds }
             }
             Asked::Square { quantity, least, most } => {
-                let squares: f64 = near.iter().map(|seen| seen.off[quantity].powi(2)).sum();
-                let value = squares / count;
-                Judged {
-                    asked: format!("(error/sigma)^2 [{quantity}] {least} to {most}"),
-                    seen: format!("{value:.3} of {count}"),
-                    value,
-                    holds: chi_square(squares, count, least, most),
-                }
+                let sum: f64 = squares(&|seen| seen.off[quantity]);
+                Judged { value: sum / count, of, holds: chi_square(sum, count, least, most) }
             }
             Asked::OverBound { quantity, most } => {
-                let squares: f64 = near.iter().map(|seen| seen.over_bound[quantity].powi(2)).sum();
-                let value = (squares / count).sqrt();
-                Judged {
-                    asked: format!("rms over bound [{quantity}] <= {most}"),
-                    seen: format!("{value:.3} of {count}"),
-                    value,
-                    holds: chi_square(squares, count, 0.0, most * most),
-                }
+                let sum: f64 = squares(&|seen| seen.over_bound[quantity]);
+                let holds = chi_square(sum, count, 0.0, most * most);
+                Judged { value: (sum / count).sqrt(), of, holds }
             }
             Asked::Rms { most } => {
-                let squares: f64 = near.iter().map(|seen| seen.bins * seen.bins).sum();
-                let value = (squares / count).sqrt();
-                Judged {
-                    asked: format!("rms <= {most:.5} bins"),
-                    seen: format!("{value:.5} of {count}"),
-                    value,
-                    holds: chi_square(squares / (most * most), count, 0.0, 1.0),
-                }
+                let sum: f64 = squares(&|seen| seen.bins);
+                let holds = chi_square(sum / (most * most), count, 0.0, 1.0);
+                Judged { value: (sum / count).sqrt(), of, holds }
             }
             Asked::Snr { most_db } => {
                 let mean = near.iter().map(|seen| seen.snr_db).sum::<f64>() / count;
-                let variance =
-                    near.iter().map(|seen| (seen.snr_db - mean).powi(2)).sum::<f64>() / count;
+                let sum: f64 = squares(&|seen| seen.snr_db - mean);
                 // The normal distribution's 5 sigma have nearly this risk.
-                let chance = 5.0 * (variance / count).sqrt();
-                Judged {
-                    asked: format!("SNR within {most_db} dB"),
-                    seen: format!("{mean:+.3} dB of {count}"),
-                    value: mean,
-                    holds: mean.abs() <= most_db + chance,
-                }
+                let chance = 5.0 * (sum / count / count).sqrt();
+                Judged { value: mean, of, holds: mean.abs() <= most_db + chance }
             }
             Asked::Sigma { most } => {
                 let all = trials.iter().flat_map(|trial| &trial.seen);
                 let mut sigmas: Vec<f64> = all.map(|seen| seen.sigma).collect();
                 sigmas.sort_by(f64::total_cmp);
                 let value = sigmas.get(sigmas.len() / 2).copied().unwrap_or(f64::NAN);
-                Judged {
-                    asked: format!("median sigma over bound <= {most}"),
-                    seen: format!("{value:.3} of {}", sigmas.len()),
-                    value,
-                    holds: value <= most,
-                }
+                Judged { value, of: sigmas.len() as u64, holds: value <= most }
             }
         }
     }

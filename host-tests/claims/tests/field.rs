@@ -2,7 +2,7 @@
 
 use crate::efforts;
 use picket_claims::scenes::{Kind, amplitude, deviation, line, tones};
-use picket_claims::{Asked, Case, Event, Truths, hold};
+use picket_claims::{ANYTHING, Asked, Case, Event, Truths, hold};
 use picket_dsp::{Codes, Config, Method, Pipeline, Real as RealRecord, Verdict};
 use picket_simulator::scene::{Change, Density, Hum, Impulses, Place, Source, StuckBit, Tone};
 use picket_simulator::{Scene, Value};
@@ -378,10 +378,10 @@ fn beside_other_lines_the_default_is_the_best() {
                     rows.push(if method == least {
                         let case = case.at_most(0.01, Event::GoodOff(5.0));
                         case.whatever_the_verdict()
-                            .asks(Asked::Rms { most: 1e9 })
+                            .asks(Asked::Rms { most: ANYTHING })
                             .square(0.0, 1.8225)
                     } else {
-                        case.whatever_the_verdict().asks(Asked::Rms { most: 1e9 })
+                        case.whatever_the_verdict().asks(Asked::Rms { most: ANYTHING })
                     });
                 }
             }

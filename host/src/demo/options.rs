@@ -1,8 +1,10 @@
 //! What a user types after `picket demo`.
 
+use crate::analyze::command::mixing;
 use crate::output::Output;
 use crate::scenario::Laser;
 use crate::{band, cli};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Parser, ValueEnum};
 use picket_dsp::Mixing;
 use picket_dsp::methods::registry::Method;
@@ -38,11 +40,11 @@ pub struct Options {
     pub seeds: u64,
 
     /// Another method on the same samples, to compare with (table3)
-    #[arg(long, value_parser = method, conflicts_with = "replay")]
+    #[arg(long, value_parser = method(), conflicts_with = "replay")]
     pub versus: Option<Method>,
 
     /// Method of estimation
-    #[arg(long, value_parser = method)]
+    #[arg(long, value_parser = method())]
     pub method: Option<Method>,
 
     /// Measure this recording (wav, or int16) instead
@@ -74,7 +76,7 @@ pub struct Options {
     pub plot: Option<PathBuf>,
 
     /// Which signal the radar's receiver conjugates [default: tx-conj-rx]
-    #[arg(long, value_parser = mixing, conflicts_with = "replay")]
+    #[arg(long, value_parser = mixing(), conflicts_with = "replay")]
     pub mixing: Option<Mixing>,
 
     /// Width of the lidar's laser line, full width at half of its height, Hz (table3) [default: 0]
@@ -212,16 +214,7 @@ fn curvature(text: &str) -> Result<f64, String> {
     inside.then_some(share).ok_or_else(|| "give a share above -0.25 and below 0.25".into())
 }
 
-fn mixing(text: &str) -> Result<Mixing, String> {
-    Mixing::from_name(text).ok_or_else(|| {
-        let names: Vec<_> = Mixing::ALL.iter().map(|m| m.name()).collect();
-        format!("choose one of {}", names.join(", "))
-    })
-}
-
-fn method(text: &str) -> Result<Method, String> {
-    Method::from_name(text).ok_or_else(|| {
-        let names: Vec<_> = Method::ALL.iter().map(|m| m.name()).collect();
-        format!("choose one of {}", names.join(", "))
-    })
+fn method() -> impl TypedValueParser<Value = Method> {
+    let names = PossibleValuesParser::new(Method::ALL.iter().map(|method| method.name()));
+    names.map(|name| Method::from_name(&name).unwrap_or_default())
 }

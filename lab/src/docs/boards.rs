@@ -1,7 +1,7 @@
 //! Tables of what boards' images, other programs and long campaigns take: `host-tests/figures.json` has what tests measured.
 
 use super::Table;
-use super::figures::{head, measured, row, whole};
+use super::figures::{self, head, measured, row, whole};
 use crate::rates::{self, Rates};
 
 const BOARD: &str = "docs/board.md";
@@ -191,38 +191,13 @@ fn codes(_: &Table) -> Lines {
     Ok(lines)
 }
 
-/// The groups of scenes, as the campaign names them.
-const GROUPS: [&str; 23] = [
-    "am",
-    "burst anywhere",
-    "burst in the middle",
-    "chirp",
-    "clean",
-    "clipped",
-    "clipped, two lines",
-    "colour",
-    "decay",
-    "drift",
-    "fm",
-    "harmonics anywhere",
-    "harmonics at N/4, N/3",
-    "hum",
-    "jump",
-    "keyed",
-    "late start",
-    "offset",
-    "on for a part",
-    "two lines 1 to 2 bins",
-    "two lines 5, 10 bins",
-    "two lines < 1 bin",
-    "walk",
-];
-
 fn claims(_: &Table) -> Lines {
     let mut lines = head(
         "| beside the tone | refused %: look | one | full | refused, right %: look | one | full | usable, off %: look | one | full | sigma: look | one | full |",
     );
-    for group in GROUPS {
+    let all = figures::read("figures.json")?;
+    let names = all.as_object().into_iter().flat_map(|all| all.keys());
+    for group in names.filter_map(|name| name.strip_prefix("effort, ")) {
         let figures: [f64; 12] = measured(&format!("effort, {group}"))?;
         let figures = figures.map(|figure| format!("{figure:.2}"));
         lines.push(row([group.to_owned()].into_iter().chain(figures)));

@@ -4,7 +4,7 @@
 use crate::toolchain::workspace;
 use serde_json::Value;
 
-fn read(name: &str) -> Result<Value, String> {
+pub(super) fn read(name: &str) -> Result<Value, String> {
     let path = workspace().join("host-tests").join(name);
     let text = std::fs::read_to_string(&path).map_err(|error| format!("{name}: {error}"))?;
     serde_json::from_str(&text).map_err(|error| format!("{name}: {error}"))

@@ -3,6 +3,7 @@
 //! A table stands between the lines `<!-- table: NAME -->` and `<!-- end -->` of a page. What stands there is the table's alone.
 
 mod boards;
+mod claims;
 mod compare;
 mod computed;
 mod figures;
@@ -76,8 +77,14 @@ impl Table {
 }
 
 fn tables() -> impl Iterator<Item = &'static Table> {
-    let pages: [&'static [Table]; 5] =
-        [computed::TABLES, performance::TABLES, boards::TABLES, listings::TABLES, typed::TABLES];
+    let pages: [&'static [Table]; 6] = [
+        computed::TABLES,
+        performance::TABLES,
+        boards::TABLES,
+        listings::TABLES,
+        typed::TABLES,
+        claims::TABLES,
+    ];
     pages.into_iter().flatten()
 }
 

@@ -11,6 +11,11 @@ use crate::cli::{self, Failure};
 use crate::toolchain::{Need, Target, have};
 use crate::{end, progress};
 use clap::{Args, ValueEnum};
+use picket_dsp::acquire::sample::Record;
+use picket_simulator::Scene;
+use picket_simulator::scene::{Source, Tone};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
 use serde_json::{Map, Value};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -163,4 +168,30 @@ fn object(board: Board, seed: u64, tally: &Tally, wrong: Option<&(u64, String)>)
 /// An error that says what is wrong, unless both are the same.
 fn same<T: PartialEq + std::fmt::Debug>(what: &str, got: T, wanted: T) -> Result<(), String> {
     if got == wanted { Ok(()) } else { Err(format!("{what} is {got:?}, not {wanted:?}")) }
+}
+
+/// A block of 12 bits: a tone of any frequency from a code's level to more than the rails, in noise up to the rails.
+fn samples<R: Record, const N: usize>(
+    rng: &mut ChaCha8Rng,
+    unsigned: bool,
+) -> Result<[R::Sample; N], String> {
+    let amplitude = 2047.0 * 10f64.powf(rng.random_range(-3.0..0.2));
+    let noise = 2047.0 * 10f64.powf(rng.random_range(-4.0..0.0));
+    let tone = Tone {
+        frequency_hz: (-0.5..0.5).into(),
+        amplitude: Some(amplitude.into()),
+        ..Tone::default()
+    };
+    let mut scene = Scene {
+        seed: rng.random(),
+        rate_hz: 1.0,
+        seconds: N as f64,
+        sources: vec![Source::Tone(tone)],
+        ..Scene::default()
+    };
+    scene.receiver.iq = R::IQ;
+    scene.receiver.noise.rms = Some(noise.into());
+    scene.converter.unsigned = unsigned;
+    let codes = scene.codes(0)?;
+    Ok(std::array::from_fn(|n| R::from_parts(codes.get(n).copied().unwrap_or_default())))
 }

@@ -1,8 +1,8 @@
 //! The emulated board with DMA (AN505, Cortex-M33): thousands of blocks at a pace at which the core loses some. Every record is
 //! right to the bit, and every block is either there or counted.
 
-use super::same;
 use super::tally::{Fault, Tally};
+use super::{same, samples};
 use crate::device::{Listener, Said};
 use crate::emulator::{Capture, Machine, RunError};
 use crate::toolchain::{Firmware, Profile};
@@ -43,7 +43,7 @@ fn from_kind<R: Record>(mut rng: ChaCha8Rng) -> Result<Tally, String> {
     let mut capture = Capture::create(&header).map_err(told)?;
     let mut played = Vec::new();
     for _ in 0..BLOCKS {
-        let samples = samples::<R>(&mut rng);
+        let samples = samples::<R, N>(&mut rng, false)?;
         capture.push::<R>(&samples).map_err(told)?;
         played.push(samples);
     }
@@ -114,18 +114,4 @@ impl<R: Record> Expected<R> {
         self.tally.blocks += 1;
         Ok(())
     }
-}
-
-fn samples<R: Record>(rng: &mut ChaCha8Rng) -> [R::Sample; N] {
-    let (turns, phase) = (rng.random_range(-0.5..0.5), rng.random::<f64>());
-    let amplitude = 2047.0 * 10f64.powf(rng.random_range(-3.0..0.2));
-    let noise = 2047.0 * 10f64.powf(rng.random_range(-4.0..0.0));
-    std::array::from_fn(|n| {
-        let angle = std::f64::consts::TAU * (turns * n as f64 + phase);
-        let mut part = |value: f64| {
-            let code = amplitude * value + noise * rng.random_range(-1.0..1.0);
-            code.round().clamp(-2048.0, 2047.0) as i16
-        };
-        R::from_parts([part(angle.cos()), part(angle.sin())])
-    })
 }

@@ -1,8 +1,8 @@
 //! The NUCLEO's real image on QEMU's STM32F405: every record to the bit, every fault counted, over commands, restarts and noise
 //! on the line.
 
-use super::same;
 use super::tally::{Fault, Tally};
+use super::{same, samples};
 use crate::board::{Beside, Board, image};
 use crate::device::{Blocks, Said};
 use crate::emulator::RunError;
@@ -97,7 +97,7 @@ impl Life {
             0..4 => {
                 // A block whose interrupt is lost: the next one's tells both.
                 self.tally.fault(Fault::Late);
-                let lost = bytes(&self.samples());
+                let lost = bytes(&samples::<Real, N>(&mut self.rng, true)?);
                 let runs = self.board.fill(&lost).map_err(told)?;
                 same("whether the stream runs", runs, true)?;
                 self.expected.missed += 1;
@@ -151,20 +151,9 @@ impl Life {
         self.block()
     }
 
-    fn samples(&mut self) -> [i16; N] {
-        let rng = &mut self.rng;
-        let (bin, amplitude) = (rng.random_range(5.0..500.0), rng.random_range(0.0..2500.0));
-        let (noise, phase) = (rng.random_range(1.0..60.0), rng.random::<f64>());
-        std::array::from_fn(|n| {
-            let angle = std::f64::consts::TAU * (bin * n as f64 / N as f64 + phase);
-            let value = 2048.0 + amplitude * angle.sin() + noise * rng.random_range(-1.0..1.0);
-            value.round().clamp(0.0, 4095.0) as i16
-        })
-    }
-
     /// A block, and the record of it.
     fn block(&mut self) -> Result<(), String> {
-        let samples = self.samples();
+        let samples = samples::<Real, N>(&mut self.rng, true)?;
         let runs = self.board.block(&bytes(&samples)).map_err(told)?;
         same("whether the stream runs", runs, true)?;
         self.expected.blocks += 1;
@@ -226,7 +215,7 @@ impl Life {
     /// A block's samples come back as they were played.
     fn captured(&mut self) -> Result<(), String> {
         self.order(Command::Capture(1))?;
-        let samples = self.samples();
+        let samples = samples::<Real, N>(&mut self.rng, true)?;
         let runs = self.board.block(&bytes(&samples)).map_err(told)?;
         same("whether the stream runs", runs, true)?;
         let mut pieces = Blocks::default();

@@ -85,7 +85,7 @@ fn carrier_hz(text: &str) -> Result<f64, String> {
 }
 
 /// The names of the two ways to mix.
-fn mixing() -> impl TypedValueParser<Value = Mixing> {
+pub fn mixing() -> impl TypedValueParser<Value = Mixing> {
     let names = PossibleValuesParser::new(Mixing::ALL.map(Mixing::name));
     names.map(|name| Mixing::from_name(&name).unwrap_or_default())
 }
