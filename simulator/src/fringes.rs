@@ -36,9 +36,4 @@ impl Fringes {
             1.0 + self.visibility * libm::cos(TAU * (x / self.spacing_m + particle.turns));
         particle.level * envelope * fringes
     }
-
-    /// The time from the middle at which next to nothing of it is left, s: two and a half radii.
-    pub fn reach_s(&self, particle: &Particle) -> f64 {
-        2.5 * self.radius_m / particle.speed_mps
-    }
 }
