@@ -1,0 +1,60 @@
+//! What is printed, on either stream.
+
+use crate::end;
+use std::io::{ErrorKind, Write};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// What a file says of itself, short enough for a message.
+pub fn short(text: &str) -> String {
+    excerpt(text, 60)
+}
+
+/// The first this many characters, and what would move a terminal's cursor as a sign: a message stays what it is, whatever it quotes.
+fn excerpt(text: &str, most: usize) -> String {
+    let shown = |character: char| if character.is_control() { '\u{fffd}' } else { character };
+    let mut words: String = text.chars().take(most).map(shown).collect();
+    if text.chars().nth(most).is_some() {
+        words += "...";
+    }
+    words
+}
+
+/// An error as it is printed: its lines, none of them longer than anybody reads.
+pub(super) fn printed(message: &str) -> String {
+    const LINES: usize = 100;
+    let lines: Vec<String> = message.lines().take(LINES).map(|line| excerpt(line, 2000)).collect();
+    lines.join("\n")
+}
+
+/// A word as a shell takes it.
+pub fn quoted(word: &str) -> String {
+    let plain =
+        !word.is_empty() && word.chars().all(|c| c.is_alphanumeric() || "-_./,+:".contains(c));
+    if plain { word.into() } else { format!("'{}'", word.replace('\'', "'\\''")) }
+}
+
+/// Prints a line on stdout.
+pub fn print_line(line: &str) {
+    print(&format!("{line}\n"));
+}
+
+/// Prints on stdout. When the reader has gone (`| head`), the program ends quietly; when stdout takes no more (a full disk), it
+/// ends with exit code 1 and says how much was written.
+pub fn print(text: &str) {
+    static LINES: AtomicU64 = AtomicU64::new(0);
+    let mut stdout = std::io::stdout().lock();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Ok(()) => {
+            LINES.fetch_add(text.lines().count() as u64, Ordering::Relaxed);
+        }
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => end::leave(0),
+        Err(error) => {
+            let lines = LINES.load(Ordering::Relaxed);
+            let _ = writeln!(
+                std::io::stderr(),
+                "error: stdout: {error}; {lines} lines were written before"
+            );
+            end::leave(1)
+        }
+    }
+}
