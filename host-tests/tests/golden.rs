@@ -25,10 +25,11 @@ use picket_dsp::tone::fit::Reach;
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::sigma::bound_bins;
 use picket_dsp::tone::{Tone, Verdict};
-use picket_host::analyze::{self, Analysis};
-use picket_host::arithmetic::Arithmetic;
-use picket_host::estimator::parse;
+use picket_host::arithmetic::whole;
+use picket_host::estimator::{Estimator, parse};
 use picket_host::reference::Reference;
+use picket_host::simulate::Kind;
+use picket_lab::exact::{Numbers, frequencies};
 use picket_transform::{Transform, num_complex::Complex};
 use std::collections::BTreeMap;
 
@@ -191,19 +192,19 @@ fn every_estimator_on_every_record() {
     }
 }
 
-/// The golden records through the analyser, as a user gives them: JSON lines. Least squares, which here takes its own
-/// start and as many steps as it needs, is within a twentieth of the bound of the reference's three (I/Q: two) steps.
+fn exact<R: Kind>(case: &Case, estimators: &[Estimator]) -> Vec<f64> {
+    let plan = whole::<R>(case.n, Codes::signed::<12>()).unwrap();
+    let mut exact = frequencies::<R>(Numbers::F64, case.n, plan).unwrap();
+    exact.frequencies(&case.values(), estimators)
+}
+
+/// Every method on the golden records by the exact transform that sweeps use. Least squares, which here takes its own start and as many
+/// steps as it needs, is within a twentieth of the bound of the reference's three (I/Q: two) steps.
 #[test]
-fn every_estimator_by_the_analyser() {
+fn every_estimator_on_an_exact_transform() {
     let golden = golden();
     for iq in [false, true] {
         let cases: Vec<&Case> = golden.cases.iter().filter(|case| case.iq() == iq).collect();
-        let line = |case: &&Case| {
-            let (id, kind, re, im) = (&case.id, &case.kind, &case.re, &case.im);
-            serde_json::json!({"id": id, "kind": kind, "re": re, "im": im}).to_string() + "\n"
-        };
-        let file = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{iq}.jsonl"));
-        std::fs::write(&file, cases.iter().map(line).collect::<String>()).unwrap();
         let own =
             if iq { [("lsi16_2", "least-squares")] } else { [("rlsi16_3", "least-squares-real")] };
         let named = NAMES.iter().chain(REFERENCES).chain(&own);
@@ -213,28 +214,21 @@ fn every_estimator_by_the_analyser() {
             })
             .collect();
         let methods: Vec<&str> = names.iter().map(|(_, name)| *name).collect();
-        let analysis = Analysis {
-            estimators: Some(parse(&methods.join(","), Reach::Sixteen).unwrap()),
-            ..Analysis::new(Codes::signed::<12>(), Arithmetic::F64)
-        };
-        let mut answers = Vec::new();
-        analyze::run(&file, &analysis, |answer| answers.push(answer), |_| ()).unwrap();
-        assert_eq!(answers.len(), cases.len() * names.len());
-        let expected = cases.iter().flat_map(|case| names.iter().map(move |name| (case, name)));
-        for (answer, (case, (theirs, name))) in answers.iter().zip(expected) {
-            assert_eq!(
-                (answer.id.as_ref().unwrap(), answer.method),
-                (&case.id.as_str().into(), *name)
-            );
-            let error = wrap(answer.bins.unwrap() - case.expect_bins[*theirs].unwrap(), case.n);
-            let snr = (1.0 / noise(case)) as f32;
-            let bound = bound_bins(iq, case.n, snr);
-            let allowed = match *name {
-                "kay" | "fitz" | "ml" => 1e-6,
-                "least-squares" | "least-squares-real" => 0.05 * f64::from(bound),
-                _ => 1e-9,
-            };
-            assert!(error.abs() < allowed, "{} {name}: {error:e} bin", case.id);
+        let estimators = parse(&methods.join(","), Reach::Sixteen).unwrap();
+        for case in &cases {
+            let found =
+                if iq { exact::<Iq>(case, &estimators) } else { exact::<Real>(case, &estimators) };
+            for (bins, (theirs, name)) in found.into_iter().zip(&names) {
+                let error = wrap(bins - case.expect_bins[*theirs].unwrap(), case.n);
+                let snr = (1.0 / noise(case)) as f32;
+                let bound = bound_bins(iq, case.n, snr);
+                let allowed = match *name {
+                    "kay" | "fitz" | "ml" => 1e-6,
+                    "least-squares" | "least-squares-real" => 0.05 * f64::from(bound),
+                    _ => 1e-9,
+                };
+                assert!(error.abs() < allowed, "{} {name}: {error:e} bin", case.id);
+            }
         }
         println!("iq {iq}: {} records by {}", cases.len(), methods.join(" "));
     }

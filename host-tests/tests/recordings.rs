@@ -1,22 +1,26 @@
 //! The analyser on real recordings: those of `host-tests/data`, and a generator's tone that is ignored unless it is named.
 
 use host_tests::{data, tone_1khz};
+use num_complex::Complex;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::config::SPEED_OF_LIGHT;
 use picket_dsp::methods::registry::Method;
 use picket_dsp::tone::fit::Reach;
-use picket_dsp::{Chirp, Config, Iq, Mixing, Outcome, Pipeline, Record, Scene, Shape, Verdict};
+use picket_dsp::{
+    Chirp, Config, Iq, Mixing, Outcome, Pipeline, Real, Record, Scene, Shape, Verdict,
+};
 use picket_host::analyze::{self, Analysis, Answer};
-use picket_host::arithmetic::Arithmetic;
+use picket_host::arithmetic::{Arithmetic, whole};
 use picket_host::estimator::{Estimator, parse};
-use picket_host::recording::Options;
+use picket_host::recording::{Options, Recording};
 use picket_lab::docs::recordings::{self, Row};
+use picket_lab::exact::{self, Numbers};
 fn analysis(rate_hz: Option<f64>, n: usize, methods: &str) -> Analysis {
     Analysis {
         read: Options { rate_hz, ..Options::default() },
         n: Some(n),
         estimators: Some(parse(methods, Reach::Sixteen).unwrap()),
-        ..Analysis::new(Codes::signed::<16>(), Arithmetic::F64)
+        ..Analysis::new(Codes::signed::<16>(), Arithmetic::Target)
     }
 }
 
@@ -41,9 +45,9 @@ fn named_tone_of_a_generator() {
     const WIDE: [&str; 2] = ["aboutanios-mulgrew", "haqse"];
     let fit = |method: &&Method| method.fits::<picket_dsp::acquire::sample::Real>();
     let names: Vec<_> = Method::ALL.iter().filter(fit).map(|method| method.name()).collect();
-    let all = answers(&file, &analysis(Some(44100.0), 4096, &(names.join(",") + ",ml")));
+    let all = answers(&file, &analysis(Some(44100.0), 4096, &names.join(",")));
     let clean: Vec<_> = all.into_iter().filter(|answer| answer.block < 43).collect();
-    for name in names.into_iter().chain(["ml"]) {
+    for name in names {
         let found = frequencies(&clean, name);
         let mean = found.iter().sum::<f64>() / found.len() as f64;
         let worst = found.iter().map(|f| (f - TRUTH_HZ).abs()).fold(0.0, f64::max);
@@ -51,7 +55,7 @@ fn named_tone_of_a_generator() {
         match name {
             "parabolic" => assert!(worst > 0.5, "no longer wrong: {worst}"),
             _ if WIDE.contains(&name) => assert!((0.01..0.014).contains(&worst), "{name}"),
-            "least-squares-real" | "ml" => assert!(worst < 1e-3, "{name}: {worst}"),
+            "least-squares-real" => assert!(worst < 1e-3, "{name}: {worst}"),
             _ => assert!(worst < 0.01, "{name}: {worst}"),
         }
         assert!(name == "parabolic" || (mean - TRUTH_HZ).abs() < 1e-3, "{name}: {mean}");
@@ -60,14 +64,14 @@ fn named_tone_of_a_generator() {
     assert!(clean.iter().all(|answer| answer.verdict == "clipped"));
 }
 
-/// What sigma says of a block is what the blocks show, in floats and in the firmware's arithmetics: the scatter of
+/// What sigma says of a block is what the blocks show, in both arithmetics: the scatter of
 /// the 43 is 0.17 mHz, and neither is sigma less nor more than three times that. The recorder's noise is 16 dB stronger near a rail,
 /// and differs from block to block.
 #[test]
 #[ignore = "needs a recording that is named: PICKET_TONE_1KHZ, see host-tests/data/README.md"]
 fn named_sigma_of_a_generator() {
     let file = tone_1khz();
-    for arithmetic in [Arithmetic::F64, Arithmetic::Target, Arithmetic::TargetFixed] {
+    for arithmetic in Arithmetic::ALL {
         let analysis =
             Analysis { arithmetic, ..analysis(Some(44100.0), 4096, "least-squares-real") };
         let clean: Vec<_> =
@@ -90,33 +94,32 @@ fn named_sigma_of_a_generator() {
     }
 }
 
-/// The firmware's arithmetic on the same blocks: within 1 mHz of the truth.
-#[test]
-#[ignore = "needs a recording that is named: PICKET_TONE_1KHZ, see host-tests/data/README.md"]
-fn named_tone_of_a_generator_on_the_target() {
-    let file = tone_1khz();
-    let mut analysis = analysis(Some(44100.0), 4096, "least-squares-real");
-    analysis.arithmetic = Arithmetic::Target;
-    let found = frequencies(&answers(&file, &analysis), "least-squares-real");
-    let worst = found.iter().take(43).map(|f| (f - 999.9963).abs()).fold(0.0, f64::max);
-    println!("worst error {:.3} mHz", worst * 1e3);
-    assert!(worst < 1e-3);
-}
-
 /// Mains: 8 s frames under Hann's window follow the published track within 0.5 mHz.
 #[test]
 fn mains() {
-    let file = data("mains50_092_ref.wav");
-    let text = std::fs::read_to_string(data("mains50_092_ref_track.csv")).unwrap();
-    let truth: Vec<f64> =
-        text.lines().skip(1).map(|l| l.split(',').nth(1).unwrap().parse().unwrap()).collect();
-    let all = answers(&file, &analysis(None, 3200, "grandke,candan-hann"));
-    for method in ["grandke", "candan-hann"] {
-        let found = frequencies(&all, method);
-        let errors = found.iter().zip(&truth).map(|(f, truth)| (f - truth).abs());
-        let worst = errors.fold(0.0, f64::max);
-        println!("{method}: {} frames, worst difference {:.3} mHz", found.len(), worst * 1e3);
-        assert!(found.len() >= 30 && truth.len() >= found.len());
+    const FRAME: usize = 3200;
+    let mut recording = Recording::open(&data("mains50_092_ref.wav"), Options::default()).unwrap();
+    let mut samples = Vec::new();
+    recording.fill(&mut samples, usize::MAX).unwrap();
+    let truth = recordings::track("mains50_092_ref_track.csv", 1).unwrap();
+    let methods = ["grandke", "candan-hann"];
+    let estimators = parse(&methods.join(","), Reach::Sixteen).unwrap();
+    let plan = whole::<Real>(FRAME, Codes::signed::<16>()).unwrap();
+    let mut exact = exact::frequencies::<Real>(Numbers::F64, FRAME, plan).unwrap();
+    let mut worst = [0.0; 2];
+    let frames = samples.chunks_exact(FRAME);
+    assert!(frames.len() >= 30 && truth.len() >= frames.len());
+    println!("{} frames", frames.len());
+    for (frame, (_, truth)) in frames.zip(&truth) {
+        let values: Vec<Complex<f64>> = frame.iter().map(|sample| sample.value).collect();
+        let found = exact.frequencies(&values, &estimators);
+        for (worst, bins) in worst.iter_mut().zip(found) {
+            let hertz = bins * recording.rate_hz() / FRAME as f64;
+            *worst = f64::max(*worst, (hertz - truth).abs());
+        }
+    }
+    for (method, worst) in methods.into_iter().zip(worst) {
+        println!("{method}: worst difference {:.3} mHz", worst * 1e3);
         assert!(worst < 5e-4, "{method}: {worst}");
     }
 }
@@ -127,27 +130,13 @@ fn mains() {
 fn mains_at_full_effort() {
     const BLOCK: usize = 4096;
     let file = data("mains50_092_ref.wav");
-    let text = std::fs::read_to_string(data("mains50_092_ref_track.csv")).unwrap();
-    // The first sample of a frame of 3200, the fundamental, a third of the third harmonic.
-    let truth: Vec<(f64, f64)> = text
-        .lines()
-        .skip(1)
-        .map(|line| {
-            let row: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
-            (row[0] + 1600.0, row[2])
-        })
-        .collect();
-    let expected = |block: u64| {
-        let middle = (block as usize * BLOCK / 2 + BLOCK / 2) as f64;
-        let [from, to] = truth.windows(2).find_map(|pair| {
-            (pair[0].0 <= middle && middle < pair[1].0).then_some([pair[0], pair[1]])
-        })?;
-        Some(from.1 + (to.1 - from.1) * (middle - from.0) / (to.0 - from.0))
-    };
-    let blocks = |methods, arithmetic, effort| {
+    let truth = recordings::track("mains50_092_ref_track.csv", 2).unwrap();
+    let expected =
+        |block: u64| recordings::mains_hz(&truth, (block as usize * BLOCK / 2 + BLOCK / 2) as f64);
+    let blocks = |methods, effort| {
         let whole = analysis(None, BLOCK, methods);
         let cut = Analysis { hop: Some(BLOCK / 2), band_hz: Some((45.0, 55.0)), ..whole };
-        answers(&file, &Analysis { arithmetic, effort, ..cut })
+        answers(&file, &Analysis { effort, ..cut })
     };
     let rms = |answers: &[Answer]| {
         let errors: Vec<f64> = answers
@@ -157,9 +146,9 @@ fn mains_at_full_effort() {
         (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt()
     };
     let one = picket_dsp::Effort::default();
-    let best = rms(&blocks("grandke", Arithmetic::F64, one));
+    let best = rms(&blocks("grandke", one));
     let shares = [one, picket_dsp::Effort::Full].map(|effort| {
-        let all = blocks("least-squares-real", Arithmetic::Target, effort);
+        let all = blocks("least-squares-real", effort);
         let count = all.len() as f64;
         let usable: Vec<Answer> =
             all.into_iter().filter(|a| matches!(a.verdict, "good" | "moving")).collect();

@@ -8,6 +8,7 @@ use picket_dsp::tone::fit::Reach;
 use picket_host::arithmetic::Arithmetic;
 use picket_host::estimator::parse;
 use picket_host::simulate::{Kind, Width};
+use picket_lab::exact::Numbers;
 use picket_lab::sweep::{Offsets, Row, Sweep};
 
 const SEED: u64 = 20260;
@@ -15,7 +16,7 @@ const SEED: u64 = 20260;
 fn sweep(methods: &str) -> Sweep {
     Sweep {
         estimators: parse(methods, Reach::Sixteen).unwrap(),
-        arithmetic: Arithmetic::F64,
+        numbers: Numbers::F64,
         n: 1024,
         bin: 64.0,
         offsets: Offsets::Uniform,
@@ -78,7 +79,7 @@ fn ratios_to_the_bound() {
 #[test]
 fn points_across_a_bin_in_the_targets_arithmetic() {
     let mut sweep = sweep("z-rife,rife,least-squares-real");
-    sweep.arithmetic = Arithmetic::Target;
+    sweep.numbers = Numbers::Library(Arithmetic::Target);
     sweep.offsets = Offsets::Points(15);
     sweep.trials = 1000;
     sweep.width = Width::Codes(Codes::signed::<12>());

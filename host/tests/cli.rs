@@ -70,7 +70,7 @@ fn files_that_cannot_be_read() {
     refused(ANALYZE, &[&odd, "--rate", "1000"], "3 bytes");
     refused(ANALYZE, &[&short, "--rate", "1000"], "fewer than one record of 64");
     refused(ANALYZE, &[&short, "--rate", "1000", "--json"], "fewer than one record of 1024");
-    refused(ANALYZE, &[&short, "--rate", "1000", "--iq", "--skip", "5", "--n", "16"], "fewer");
+    refused(ANALYZE, &[&short, "--rate", "1000", "--iq", "--skip", "5", "--n", "64"], "fewer");
     refused(ANALYZE, &[&short, "--rate", "0"], "positive");
     refused(ANALYZE, &[&short, "--rate", "-5"], "positive");
     refused(ANALYZE, &[&short, "--rate", "nan"], "positive");
@@ -98,7 +98,7 @@ fn wav_files_that_cannot_be_read() {
 #[test]
 fn text_files_that_cannot_be_read() {
     let csv = |name, text: &str| file(name, text.as_bytes());
-    let rate = ["--rate", "1000", "--n", "16"];
+    let rate = ["--rate", "1000", "--n", "64"];
     let with = |path: &str, says| {
         let arguments: Vec<&str> = [path].into_iter().chain(rate).collect();
         refused(ANALYZE, &arguments, says);
@@ -115,7 +115,7 @@ fn text_files_that_cannot_be_read() {
         &json("uneven.jsonl", r#"{"kind": "c", "re": [1, 2], "im": [1]}"#),
         "2 values of re but 1",
     );
-    with(&json("few.jsonl", r#"{"kind": "r", "re": [1, 2]}"#), "2 samples are fewer than 16");
+    with(&json("few.jsonl", r#"{"kind": "r", "re": [1, 2]}"#), "2 samples are fewer than 64");
 }
 
 #[test]
@@ -125,12 +125,32 @@ fn options_that_do_not_fit() {
     refused(ANALYZE, &[&good, "--method", "fase"], "no method \"fase\"");
     refused(ANALYZE, &[&good, "--band", "5000:6000"], "band");
     refused(ANALYZE, &[&good, "--band", "300"], "LO:HI");
-    refused(ANALYZE, &[&good, "--band", "100:200", "--method", "ml"], "leave --band out");
-    refused(ANALYZE, &[&good, "--n", "1000", "--arith", "target"], "N = 1000");
-    refused(ANALYZE, &[&good, "--n", "3"], "N = 3");
+    // The two nearest lengths, in every mode.
+    for mode in [&[][..], &["--track"], &["--most", "2"], &["--harmonics", "3"], &["--burst"]] {
+        let arguments = [&[&*good, "--n", "1000"], mode].concat();
+        refused(
+            ANALYZE,
+            &arguments,
+            "N = 1000: blocks have 64, 128, ... 4096 samples, so choose 512 or 1024",
+        );
+    }
+    refused(ANALYZE, &[&good, "--n", "1000", "--accumulate", "4"], "choose 512 or 1024");
+    refused(
+        ANALYZE,
+        &[&good, "--n", "3"],
+        "N = 3: blocks have 64, 128, ... 4096 samples, so choose 64",
+    );
+    refused(ANALYZE, &[&good, "--n", "5000"], "choose 4096");
+    let record = serde_json::json!({"id": "odd", "kind": "r", "re": vec![900.0; 100]}).to_string();
+    let odd = file("odd.jsonl", record.as_bytes());
+    refused(
+        ANALYZE,
+        &[&odd],
+        "record \"odd\": N = 100: blocks have 64, 128, ... 4096 samples, so choose 64 or 128",
+    );
     refused(ANALYZE, &[&good, "--n", "0"], "at least 1");
     refused(ANALYZE, &[&good, "--k", "5"], "choose 4, 8 or 16");
-    refused(ANALYZE, &[&good, "--method", "ml", "--arith", "f32"], "needs --arith f64");
+    refused(ANALYZE, &[&good, "--method", "ml"], "lab sweep --arith f64");
     let fixed = [&good, "--arith", "target-fixed", "--method", "candan"];
     refused(ANALYZE, &fixed, "use least squares, rife or z-rife");
     refused(ANALYZE, &[&good, "--arith", "target", "--bits", "12"], "exceed");

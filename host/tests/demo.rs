@@ -232,7 +232,7 @@ fn bad_input_is_one_line_that_says_what_to_do() {
         (&["--replay", odd, "--rate", "48000"], "whole number"),
         (&["--replay", even, "--rate", "0"], "positive"),
         (&["--replay", even, "--rate", "-5"], "positive"),
-        (&["--replay", even, "--rate", "48000", "--n", "1000"], "64, 128"),
+        (&["--replay", even, "--rate", "48000", "--n", "1000"], "choose 512 or 1024"),
         (&["--replay", even, "--rate", "48000", "--n", "4096"], "fewer than one record"),
         (&["--replay", even, "--rate", "48000", "--band", "300"], "300:2500"),
         (&["--replay", even, "--rate", "48000", "--band", "300:24001"], "half the sample rate"),

@@ -121,7 +121,7 @@ fn the_verdict_is_that_of_the_analysis_and_the_test_behind_it_is_named() {
     println!("seed {SEED}");
     for case in &CASES {
         let path = recording(case, "verdict");
-        for arithmetic in ["f64", "target", "target-fixed"] {
+        for arithmetic in ["target", "target-fixed"] {
             let kind: &[&str] = if case.iq { &["--iq"] } else { &[] };
             let common = [&[&*path, "--arith", arithmetic, "--json", "--n", "1024"], kind].concat();
             let answers = lines(ANALYZE, &common);

@@ -111,5 +111,5 @@ fn an_echo_below_the_noise() {
     assert!(told.contains("5 blocks at the end are left"), "{told}");
     refused(ANALYZE, &[&path, "--accumulate", "1000"], "fewer than --accumulate 1000");
     refused(ANALYZE, &[&path, "--accumulate", "0"], "0");
-    refused(ANALYZE, &[&path, "--burst", "--n", "1000"], "--burst takes 64, 128");
+    refused(ANALYZE, &[&path, "--burst", "--n", "1000"], "choose 512 or 1024");
 }

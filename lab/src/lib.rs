@@ -8,6 +8,7 @@ pub mod bits;
 pub mod campaign;
 pub mod cli;
 pub mod docs;
+pub mod exact;
 pub mod firmware;
 pub mod impair;
 pub mod report;

@@ -52,7 +52,7 @@ fn wrong_values() {
 fn options_that_do_not_fit() {
     refused(SWEEP, &["--method", "least-squares"], "least-squares works on I/Q records only");
     refused(SWEEP, &["--snr-db", "loud"], "loud");
-    refused(SWEEP, &["--n", "1000", "--arith", "target"], "N = 1000");
+    refused(SWEEP, &["--n", "1000", "--arith", "target"], "choose 512 or 1024");
     refused(SWEEP, &["--trials", "0"], "at least 1");
     refused(SWEEP, &["--bits", "13"], "13");
     refused(SWEEP, &["--bin", "600"], "--bin 600");

@@ -89,7 +89,8 @@ fn campaigns_that_cannot_be() {
     refused(&["--impair", "dc", "--bin", "9"], "--bin");
     refused(&["--bins", "4:9"], "--impair");
     refused(&["--impair", "dc", "--trials", "0"], "at least 1");
-    refused(&["--impair", "dc", "--method", "ml"], "needs --arith f64");
+    refused(&["--impair", "dc", "--method", "ml"], "lab sweep --arith f64");
+    refused(&["--impair", "dc", "--arith", "f32"], "add --arith target");
     let list = sweep(&["--impair", "list"]);
     let text = String::from_utf8(list.stdout).unwrap();
     assert!(

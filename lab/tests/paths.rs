@@ -34,9 +34,6 @@ fn of<'a>(tone: &Tone, mut tones: impl Iterator<Item = &'a Tone>) -> Option<Verd
 /// What became of one kind of record on the ways that see less than a block does.
 #[derive(Debug, Default)]
 struct Seen {
-    blocks: u32,
-    /// Of the blocks that are no image, by float64.
-    other_by_float: u32,
     images: u32,
     /// Locked, and another verdict than the block's.
     locked: u32,
@@ -45,8 +42,6 @@ struct Seen {
 
 fn every_way<R: Kind>(snr_db: f64, seen: &mut Seen) {
     let plain = Config::new(1.0, CODES).plan::<R, N>().unwrap();
-    let best = [Estimator::best(R::IQ, Reach::Sixteen)];
-    let mut floats = engine::<R>(Arithmetic::F64, N, whole::<R>(N, CODES).unwrap()).unwrap();
     let setup = Setup::new(N, snr_db);
     let all = [Impairment::all(), Impairment::signals()].concat();
     for impairment in all.into_iter().filter(Impairment::fits::<R>) {
@@ -62,7 +57,6 @@ fn every_way<R: Kind>(snr_db: f64, seen: &mut Seen) {
             let mut pipeline = Pipeline::<R, N>::new(plain);
             let measurement = pipeline.block(&Stamp::default(), &samples);
             let block = measurement.tone;
-            seen.blocks += 1;
             // Of several lines each is judged less the others: what those did to it is gone, and nothing else.
             let agrees = |verdict: Verdict, several: bool| {
                 let cured =
@@ -109,12 +103,7 @@ fn every_way<R: Kind>(snr_db: f64, seen: &mut Seen) {
                     "{what}: {block}, {verdict} of its harmonics"
                 );
             }
-            let float = floats.measure(&impaired.samples, &best, false)[0].verdict;
-            if block.verdict == Verdict::Image {
-                seen.images += 1;
-                assert!(float >= Verdict::Unresolved, "{what}: {block}, {float} by float64");
-            }
-            seen.other_by_float += u32::from(float != block.verdict);
+            seen.images += u32::from(block.verdict == Verdict::Image);
             // A lock sees the bins of its tone, and what moves or halves its power.
             let mut tracker = Tracker::<R, N>::new(following(1, 200));
             let amplitude = 0.6 * full_amplitude(Width::Codes(CODES), snr_db);
@@ -145,9 +134,7 @@ fn every_way_gives_the_same_verdict() {
         every_way::<Iq>(snr_db, &mut seen[1]);
     }
     println!("{seen:#?}");
-    for Seen { blocks, other_by_float, images, locked, other_locked } in seen {
-        // Beside a drift and hum, where it has no fit.
-        assert!(20 * other_by_float <= blocks, "{other_by_float} of {blocks}");
+    for Seen { images, locked, other_locked } in seen {
         // A line, hum, noise and an image that lie farther off.
         assert!(100 * other_locked <= 11 * locked, "{other_locked} of {locked}");
         println!("{images} images");
@@ -157,9 +144,7 @@ fn every_way_gives_the_same_verdict() {
 /// Where an offset would hide a tone of I/Q, every arithmetic says so, and beside that place none does.
 #[test]
 fn every_arithmetic_knows_the_offsets_place() {
-    for arithmetic in
-        [Arithmetic::F64, Arithmetic::F32, Arithmetic::Target, Arithmetic::TargetFixed]
-    {
+    for arithmetic in Arithmetic::ALL {
         let mut engine = engine::<Iq>(arithmetic, N, whole::<Iq>(N, CODES).unwrap()).unwrap();
         for bins in [-3.1, -1.8, -1.3, -0.7, 0.6, 1.2, 1.75, 2.6] {
             let record = Signal::tone(bins, 300.0, 30.0).record::<Iq>(N, &mut generator(SEED, 0));

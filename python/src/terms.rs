@@ -54,7 +54,12 @@ pub fn codes(low: i16, high: i16) -> Result<Codes, String> {
         .ok_or_else(|| "codes: at least 256 of them, the low one first".to_owned())
 }
 
-/// Why a length is refused.
+/// Why a length is refused, with the nearest.
 pub fn length(n: usize) -> String {
-    format!("n = {n}: a block has 64, 128, 256, 512, 1024, 2048 or 4096 samples")
+    let nearest = match n.max(1).ilog2() {
+        ..=5 => "64".to_owned(),
+        12.. => "4096".to_owned(),
+        power => format!("{} or {}", 1 << power, 2 << power),
+    };
+    format!("n = {n}: blocks have 64, 128, ... 4096 samples, so choose {nearest}")
 }

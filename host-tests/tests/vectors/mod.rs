@@ -1,6 +1,7 @@
 //! The reference's golden records: integer codes and what every estimator makes of them in float64.
 #![allow(dead_code)]
 
+use num_complex::Complex;
 use picket_dsp::acquire::sample::Record;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -67,6 +68,15 @@ impl Case {
     /// The parts of sample `n`.
     pub fn parts(&self, n: usize) -> [i16; 2] {
         [self.re[n], self.im.as_ref().map_or(0, |im| im[n])]
+    }
+
+    /// The samples as numbers.
+    pub fn values(&self) -> Vec<Complex<f64>> {
+        let value = |n| {
+            let [re, im] = self.parts(n).map(f64::from);
+            Complex::new(re, im)
+        };
+        (0..self.n).map(value).collect()
     }
 
     /// The samples as a record of kind `R`.

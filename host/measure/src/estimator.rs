@@ -36,11 +36,18 @@ pub fn parse(names: &str, reach: Reach) -> Result<Vec<Estimator>, String> {
     names.split(',').map(|name| Estimator::from_name(name.trim(), reach)).collect()
 }
 
-/// Every method, as a list for `--help`.
+/// Every method of the library, as a list for `--help`.
 pub fn help() -> String {
-    let methods = Method::ALL.iter().map(|method| method.about());
-    let references = Reference::ALL.iter().map(|reference| reference.about());
-    let lines = methods.chain(references).map(|about| {
+    "Methods:\n".to_owned() + &list(Method::ALL.iter().map(|method| method.about()))
+}
+
+/// Every method, as a list for `--help`.
+pub fn help_with_references() -> String {
+    help() + &list(Reference::ALL.iter().map(|reference| reference.about()))
+}
+
+fn list(methods: impl Iterator<Item = About>) -> String {
+    let lines = methods.map(|about| {
         let records = match about.records {
             Records::Real => " (real samples only)",
             Records::Iq => " (I/Q only)",
@@ -48,7 +55,7 @@ pub fn help() -> String {
         };
         format!("  {:<25}{}{records}\n", about.name, about.doc)
     });
-    "Methods:\n".to_owned() + &lines.collect::<String>()
+    lines.collect()
 }
 
 impl Estimator {

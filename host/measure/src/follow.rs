@@ -6,12 +6,11 @@ use crate::analyze::cut::Cut;
 use crate::cli::print_line;
 use crate::recording::Recording;
 use crate::simulate::{Kind, codes};
-use crate::with_kind;
+use crate::with_record;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::{Segment, Stamp};
 use picket_dsp::config::{Config, Following};
 use picket_dsp::solve::track::{State, Track};
-use picket_dsp::spectrum::fft::twiddle::supported;
 use picket_dsp::tone::effort::Effort;
 use picket_dsp::tracker::Tracker;
 use picket_transform::num_complex::Complex;
@@ -88,10 +87,7 @@ pub fn run(
     sink: &mut dyn FnMut(&Sighting),
     progress: &mut dyn FnMut(u64),
 ) -> Result<Vec<Trail>, String> {
-    let recording = Recording::open(file, pursuit.cut.read).map_err(text)?;
-    if !supported(pursuit.cut.n) {
-        return Err(format!("N = {}: --track takes 64, 128, ... 4096", pursuit.cut.n));
-    }
+    let recording = pursuit.cut.open(file)?;
     let mut trails = BTreeMap::<u32, Trail>::new();
     let mut sink = |sighting: &Sighting| {
         if sighting.misses == 0 {
@@ -109,15 +105,7 @@ pub fn run(
         }
         sink(sighting);
     };
-    with_kind!(recording.iq(), R => match pursuit.cut.n {
-        64 => blocks::<R, 64>(recording, pursuit, &mut sink, progress),
-        128 => blocks::<R, 128>(recording, pursuit, &mut sink, progress),
-        256 => blocks::<R, 256>(recording, pursuit, &mut sink, progress),
-        512 => blocks::<R, 512>(recording, pursuit, &mut sink, progress),
-        1024 => blocks::<R, 1024>(recording, pursuit, &mut sink, progress),
-        2048 => blocks::<R, 2048>(recording, pursuit, &mut sink, progress),
-        _ => blocks::<R, 4096>(recording, pursuit, &mut sink, progress),
-    })?;
+    with_record!(recording.iq(), pursuit.cut.n, R, N => blocks::<R, N>(recording, pursuit, &mut sink, progress))?;
     Ok(trails.into_values().collect())
 }
 

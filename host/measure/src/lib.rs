@@ -20,6 +20,7 @@ pub mod end;
 pub mod estimator;
 pub mod explain;
 pub mod follow;
+pub mod length;
 pub mod output;
 pub mod plot;
 pub mod progress;

@@ -1,6 +1,5 @@
 //! Trials over all cores: sums are taken in the order of trials, so the digits are the same on any number of threads.
 
-use crate::arithmetic::Engine;
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use std::ops::AddAssign;
@@ -21,11 +20,11 @@ impl Trials<'_> {
     ///
     /// # Errors
     /// There is no such engine.
-    pub fn sums<T>(
+    pub fn sums<E: ?Sized, T>(
         &self,
         methods: usize,
-        make: impl Fn() -> Result<Box<dyn Engine>, String> + Send + Sync,
-        trial: impl Fn(&mut dyn Engine, usize, &mut [T]) + Send + Sync,
+        make: impl Fn() -> Result<Box<E>, String> + Send + Sync,
+        trial: impl Fn(&mut E, usize, &mut [T]) + Send + Sync,
     ) -> Result<Vec<T>, String>
     where
         T: Clone + Default + Send + for<'t> AddAssign<&'t T>,

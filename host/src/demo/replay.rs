@@ -11,7 +11,7 @@ use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::{Iq, Real};
 use picket_dsp::config::{Config, SPEED_OF_LIGHT, Scene};
 use picket_dsp::pipeline::Outcome;
-use picket_dsp::spectrum::fft::twiddle;
+use picket_measure::length;
 use picket_wire::telemetry::Telemetry;
 use serde::Serialize;
 use std::path::Path;
@@ -33,9 +33,7 @@ struct Line {
 
 /// Replays `file` and prints a line for each block.
 pub fn run(file: &Path, options: &Options) -> Result<ExitCode, DemoError> {
-    if !twiddle::supported(options.n) {
-        return Err(said(format!("N = {}: choose 64, 128, ... 4096", options.n)));
-    }
+    length::check(options.n).map_err(said)?;
     let read = recording::Options { rate_hz: options.rate, iq: options.iq, ..Default::default() };
     let recording = Recording::open(file, read).map_err(said)?;
     if options.iq { replay::<Iq>(recording, options) } else { replay::<Real>(recording, options) }

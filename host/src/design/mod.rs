@@ -6,9 +6,10 @@ use crate::cli;
 use clap::Args;
 use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyle};
 use picket_dsp::config::SPEED_OF_LIGHT;
+use picket_measure::length;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::{Value, json};
-use sheet::{Design, LENGTHS, Question, Row, Trouble};
+use sheet::{Design, Question, Row, Trouble};
 use std::process::ExitCode;
 
 /// Tells what a sample rate, a block length and a signal-to-noise ratio give: resolution, span, sigma, updates and load. With a wanted
@@ -57,8 +58,8 @@ pub struct Options {
 }
 
 fn length(text: &str) -> Result<usize, String> {
-    let known = text.parse().ok().filter(|n| LENGTHS.contains(n));
-    known.ok_or_else(|| "choose 64, 128, ... 4096".into())
+    let n = text.parse().map_err(|_| "choose 64, 128, ... 4096")?;
+    length::check(n).map(|()| n)
 }
 
 impl Options {
@@ -162,7 +163,7 @@ mod tests {
             ..Question::default()
         };
         let design = Design::of(question).unwrap();
-        assert_eq!(design.rows.len(), LENGTHS.len());
+        assert_eq!(design.rows.len(), length::LENGTHS.len());
         for row in &design.rows {
             let n = row.n;
             let m4f = cycles(&format!("/engines/picket-i32/cycles/{n}/measurement"));

@@ -30,15 +30,7 @@ pub fn measure(case: &mut Case, digest: &mut Digest) -> Result<(), String> {
             _ => by_turns::<2048, 4096>(case, digest),
         };
     }
-    with_kind!(case.iq, R => match case.n {
-        64 => records::<R, 64>(case, digest),
-        128 => records::<R, 128>(case, digest),
-        256 => records::<R, 256>(case, digest),
-        512 => records::<R, 512>(case, digest),
-        1024 => records::<R, 1024>(case, digest),
-        2048 => records::<R, 2048>(case, digest),
-        _ => records::<R, 4096>(case, digest),
-    })
+    with_record!(case.iq, case.n, R, N => records::<R, N>(case, digest))
 }
 
 fn records<R: Kind, const N: usize>(case: &mut Case, digest: &mut Digest) -> Result<(), String> {

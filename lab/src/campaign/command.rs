@@ -2,7 +2,6 @@
 
 use super::{Campaign, Cell, Truth};
 use crate::analyze::input;
-use crate::arithmetic::Arithmetic;
 use crate::impair::{GROUPS, Impairment, help};
 use crate::simulate::Kind;
 use crate::{cli, progress};
@@ -40,15 +39,7 @@ pub struct Flags {
     pub truth: Truth,
     /// How closely a line that is no steady tone is looked at: look, one or full
     #[arg(long, value_name = "EFFORT", default_value = Effort::default().name(), value_parser = input::effort, requires = "impair")]
-    effort: Effort,
-}
-
-impl Flags {
-    /// The effort, where an arithmetic has it.
-    pub fn effort(&self, arithmetic: Arithmetic) -> Result<Effort, String> {
-        input::has_effort(arithmetic, self.effort)?;
-        Ok(self.effort)
-    }
+    pub effort: Effort,
 }
 
 fn range(text: &str) -> Result<(f64, f64), String> {

@@ -2,8 +2,9 @@
 
 use super::lab::{Check, Lab, Section, Table, digits, plus_minus};
 use super::lidar::N;
-use crate::arithmetic::{Arithmetic, engine, whole};
+use crate::arithmetic::whole;
 use crate::estimator::{Estimator, parse};
+use crate::exact::{Numbers, frequencies};
 use crate::plot::chart::{Axis, Chart, Series, Style};
 use crate::simulate::{Signal, Width, generator};
 use picket_dsp::acquire::codes::Codes;
@@ -98,7 +99,7 @@ fn wrong_directions(
     seed: u64,
 ) -> Result<usize, String> {
     let plan = whole::<Iq>(N, Codes::signed::<16>())?;
-    let make = || engine::<Iq>(Arithmetic::F64, N, plan);
+    let make = || frequencies::<Iq>(Numbers::F64, N, plan);
     make()?;
     let mut signal = Signal::tone(64.0 + delta, 1000.0, snr_db);
     signal.width = Width::Float;

@@ -1,8 +1,8 @@
 //! What every part of the report works with, and what it hands in.
 
 use super::outcomes::Outcomes;
-use crate::arithmetic::Arithmetic;
 use crate::estimator::parse;
+use crate::exact::Numbers;
 use crate::plot::chart::Chart;
 use crate::simulate::{Kind, Width};
 use crate::sweep::{Offsets, Row, Sweep};
@@ -31,7 +31,7 @@ impl Lab {
     pub fn sweep(&self, methods: &str, trials: usize) -> Result<Sweep, String> {
         Ok(Sweep {
             estimators: parse(methods, Reach::Sixteen)?,
-            arithmetic: Arithmetic::F64,
+            numbers: Numbers::F64,
             n: 1024,
             bin: 64.0,
             offsets: Offsets::Uniform,

@@ -1,8 +1,8 @@
 //! Where methods end: at the bound, at the outlier threshold, at the image floor, at the converter's codes.
 
 use super::lab::{Check, Lab, Section, Table, plus_minus};
-use crate::arithmetic::Arithmetic;
 use crate::estimator::parse;
+use crate::exact::Numbers;
 use crate::plot::chart::{Axis, Chart, Series, Style};
 use crate::reference::Reference;
 use crate::simulate::{Width, generator};
@@ -313,20 +313,18 @@ pub const FIXED_POINT: u64 = 4 * 4;
 
 /// What the firmware's integers cost.
 pub fn fixed_point(lab: &Lab) -> Result<Section, String> {
-    let arithmetics =
-        [Arithmetic::F64, Arithmetic::F32, Arithmetic::Target, Arithmetic::TargetFixed];
     let head = ["amplitude in codes, SNR".to_owned()].into_iter();
     let mut table =
-        Table::new(head.chain(arithmetics.map(|a| format!("{}: RMSE / bound", a.name()))));
+        Table::new(head.chain(Numbers::ALL.map(|a| format!("{}: RMSE / bound", a.name()))));
     let mut checks = Vec::new();
     for (amplitude, snr_db) in
         [(None, 60.0), (Some(256.0), 40.0), (Some(64.0), 20.0), (Some(4.0), 10.0)]
     {
         let plan = lab.sweep("least-squares-real", lab.trials(8000, 600))?;
         let mut ratios = Vec::new();
-        for arithmetic in arithmetics {
+        for numbers in Numbers::ALL {
             let sweep = Sweep {
-                arithmetic,
+                numbers,
                 amplitude,
                 estimators: parse("least-squares-real", Reach::Eight)?,
                 width: Width::Codes(Codes::signed::<12>()),
@@ -346,9 +344,9 @@ pub fn fixed_point(lab: &Lab) -> Result<Section, String> {
         let cells = ratios.iter().map(|&(ratio, error)| plus_minus(ratio, error));
         table.row([name.clone()].into_iter().chain(cells));
         let exact = ratios[0].0;
-        for (arithmetic, (ratio, error)) in arithmetics.into_iter().zip(&ratios).skip(1) {
+        for (numbers, (ratio, error)) in Numbers::ALL.into_iter().zip(&ratios).skip(1) {
             // Both have equal records: the quotient's own error is far below either's.
-            let figure = format!("{} over f64, {name}", arithmetic.name());
+            let figure = format!("{} over f64, {name}", numbers.name());
             checks.push(Check::between(figure, ratio / exact, 0.1 * error, 0.98, 1.02));
         }
     }

@@ -2,6 +2,7 @@
 
 use super::lab::{Check, Lab, Section, Table, plus_minus};
 use crate::arithmetic::Arithmetic;
+use crate::exact::Numbers;
 use crate::plot::chart::{Axis, Chart, Series, Style};
 use crate::simulate::Width;
 use crate::sweep::{Row, Sweep};
@@ -19,7 +20,7 @@ pub const README_METHODS: &str = "least-squares-real,z-rife,quinn2,haqse";
 pub fn readme_sweep(lab: &Lab, methods: &str) -> Result<Sweep, String> {
     let plan = lab.sweep(methods, lab.trials(4000, 150))?;
     let width = Width::Codes(Codes::signed::<12>());
-    Ok(Sweep { arithmetic: Arithmetic::Target, width, bin: 5.0, ..plan })
+    Ok(Sweep { numbers: Numbers::Library(Arithmetic::Target), width, bin: 5.0, ..plan })
 }
 
 /// The picture of the README: ours and the others over the signal-to-noise ratio on real samples.

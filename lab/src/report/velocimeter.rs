@@ -258,7 +258,7 @@ pub fn turntable(lab: &Lab) -> Result<Section, String> {
         let at = |&speed: &f64| {
             let plan = lab.sweep(&methods.join(","), lab.trials(2000, 100))?;
             let sweep = Sweep {
-                arithmetic: crate::arithmetic::Arithmetic::Target,
+                numbers: crate::exact::Numbers::Library(crate::arithmetic::Arithmetic::Target),
                 width: Width::Codes(Codes::signed::<12>()),
                 offsets: Offsets::Fixed(0.0),
                 bin: speed / mps_per_bin,

@@ -4,6 +4,7 @@ use super::{Offsets, Row, Sweep};
 use crate::arithmetic::Arithmetic;
 use crate::campaign::{self, Campaign};
 use crate::estimator::{self, Estimator};
+use crate::exact::Numbers;
 use crate::simulate::{Kind, Width};
 use crate::{cli, progress};
 use clap::{Args, ValueEnum};
@@ -13,7 +14,7 @@ use std::process::ExitCode;
 
 /// Measures methods on simulated records: RMSE, bias, outliers, and the ratio to the Cramer-Rao bound.
 #[derive(Args, Debug)]
-#[command(after_help = estimator::help())]
+#[command(after_help = estimator::help_with_references())]
 pub struct Options {
     /// Methods, separated by commas (listed below)
     #[arg(long)]
@@ -55,9 +56,9 @@ pub struct Options {
     /// Seed of the generator
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Arithmetic [default: f64; with --impair target]
-    #[arg(long, value_enum)]
-    arith: Option<Arithmetic>,
+    /// f64 or f32: floats on an exact transform of any length; target or target-fixed: the library's [default: f64; with --impair target]
+    #[arg(long, value_name = "NUMBERS", value_parser = Numbers::from_name)]
+    arith: Option<Numbers>,
     /// One JSON object a line
     #[arg(long)]
     json: bool,
@@ -109,10 +110,13 @@ fn run_kind<R: Kind>(options: &Options) -> Result<ExitCode, String> {
     let sweep = plan::<R>(options)?;
     let all_snr_db = options.snr_db();
     if let Some(names) = &options.impaired.impair {
+        let Numbers::Library(arithmetic) = sweep.numbers else {
+            return Err("--impair is of verdicts, which the library has: add --arith target".into());
+        };
         let campaign = Campaign {
             estimators: sweep.estimators,
-            arithmetic: sweep.arithmetic,
-            effort: options.impaired.effort(sweep.arithmetic)?,
+            arithmetic,
+            effort: options.impaired.effort,
             n: sweep.n,
             trials: sweep.trials,
             width: sweep.width,
@@ -167,10 +171,11 @@ fn plan<R: Kind>(options: &Options) -> Result<Sweep, String> {
         Some(names) => estimator::parse(names, reach)?,
         None => vec![Estimator::best(R::IQ, reach)],
     };
-    let arithmetic = options.usual(options.arith, Arithmetic::F64, Arithmetic::Target);
+    let library = Numbers::Library(Arithmetic::Target);
+    let numbers = options.usual(options.arith, Numbers::F64, library);
     for estimator in &estimators {
         estimator.check::<R>()?;
-        arithmetic.check(*estimator)?;
+        numbers.check(*estimator)?;
     }
     let n = options.n;
     let bin = options.bin.unwrap_or((n / 16) as f64);
@@ -196,7 +201,7 @@ fn plan<R: Kind>(options: &Options) -> Result<Sweep, String> {
     };
     Ok(Sweep {
         estimators,
-        arithmetic,
+        numbers,
         n,
         bin,
         offsets: offsets(options)?,

@@ -5,8 +5,9 @@
 
 pub mod command;
 
-use crate::arithmetic::{Arithmetic, Engine, engine, whole};
+use crate::arithmetic::{Frequencies, whole};
 use crate::estimator::Estimator;
+use crate::exact::{Numbers, frequencies};
 use crate::simulate::{Kind, Line, Signal, Width, generator};
 use crate::trials::Trials;
 use indicatif::ProgressBar;
@@ -42,10 +43,10 @@ impl Offsets {
 /// What is simulated.
 #[derive(Clone, Debug)]
 pub struct Sweep {
-    /// The methods; each must be right for the kind of record and the arithmetic.
+    /// The methods; each must be right for the kind of record and the numbers.
     pub estimators: Vec<Estimator>,
-    /// The arithmetic.
-    pub arithmetic: Arithmetic,
+    /// The numbers in which they work.
+    pub numbers: Numbers,
     /// Samples in a record.
     pub n: usize,
     /// The bin the offsets are counted from.
@@ -172,7 +173,7 @@ impl Sweep {
 
     fn run_all<R: Kind>(&self, snr_db: f64, bar: &ProgressBar) -> Result<Vec<Row>, String> {
         let plan = whole::<R>(self.n, self.width.codes())?;
-        let make = || engine::<R>(self.arithmetic, self.n, plan);
+        let make = || frequencies::<R>(self.numbers, self.n, plan);
         let trials = Trials { count: self.trials * self.offsets.points(), chunk: CHUNK, bar };
         let methods = self.estimators.len();
         let sums = trials.sums(methods, make, |engine, number, sums: &mut [Sums]| {
@@ -186,7 +187,7 @@ impl Sweep {
         Ok(rows.map(row).collect())
     }
 
-    fn trial<R: Kind>(&self, engine: &mut dyn Engine, snr_db: f64, trial: usize) -> Vec<f64> {
+    fn trial<R: Kind>(&self, engine: &mut dyn Frequencies, snr_db: f64, trial: usize) -> Vec<f64> {
         let mut rng = generator(self.seed, trial as u64);
         let delta = match self.offsets {
             Offsets::Points(1) => 0.0,
@@ -226,7 +227,7 @@ impl Sweep {
             kind: R::NAME,
             n: self.n,
             snr_db: snr_db.is_finite().then_some(snr_db),
-            arith: self.arithmetic.name(),
+            arith: self.numbers.name(),
             trials,
             outliers: sums.outliers,
             rmse_bins: rmse,

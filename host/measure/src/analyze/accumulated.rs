@@ -8,11 +8,10 @@ use crate::cli::print_line;
 use crate::follow::record;
 use crate::recording::Recording;
 use crate::simulate::Kind;
-use crate::with_kind;
+use crate::with_record;
 use picket_dsp::acquire::sample::Stamp;
 use picket_dsp::config::Config;
 use picket_dsp::pipeline::Pipeline;
-use picket_dsp::spectrum::fft::twiddle::supported;
 use picket_dsp::{Accumulated, Accumulator};
 use picket_transform::num_complex::Complex;
 use serde::Serialize;
@@ -68,19 +67,8 @@ pub fn run(
     sink: &mut dyn FnMut(&Found),
     progress: &mut dyn FnMut(u64),
 ) -> Result<(u32, Tally), String> {
-    let recording = Recording::open(file, sum.cut.read).map_err(text)?;
-    if !supported(sum.cut.n) {
-        return Err(format!("N = {}: --accumulate takes 64, 128, ... 4096", sum.cut.n));
-    }
-    with_kind!(recording.iq(), R => match sum.cut.n {
-        64 => blocks::<R, 64>(recording, sum, sink, progress),
-        128 => blocks::<R, 128>(recording, sum, sink, progress),
-        256 => blocks::<R, 256>(recording, sum, sink, progress),
-        512 => blocks::<R, 512>(recording, sum, sink, progress),
-        1024 => blocks::<R, 1024>(recording, sum, sink, progress),
-        2048 => blocks::<R, 2048>(recording, sum, sink, progress),
-        _ => blocks::<R, 4096>(recording, sum, sink, progress),
-    })
+    let recording = sum.cut.open(file)?;
+    with_record!(recording.iq(), sum.cut.n, R, N => blocks::<R, N>(recording, sum, sink, progress))
 }
 
 fn blocks<R: Kind, const N: usize>(

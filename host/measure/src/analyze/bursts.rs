@@ -7,10 +7,9 @@ use super::{Style, text};
 use crate::cli::print_line;
 use crate::recording::Recording;
 use crate::simulate::Kind;
-use crate::with_kind;
+use crate::with_record;
 use picket_dsp::acquire::burst::Counters;
 use picket_dsp::config::Config;
-use picket_dsp::spectrum::fft::twiddle::supported;
 use picket_dsp::{Burst, BurstProcessor, Validation};
 use serde::Serialize;
 use std::path::Path;
@@ -75,19 +74,8 @@ pub fn run(
     sink: &mut dyn FnMut(&Found),
     progress: &mut dyn FnMut(u64),
 ) -> Result<(Summary, Tally), String> {
-    let recording = Recording::open(file, cut.read).map_err(text)?;
-    if !supported(cut.n) {
-        return Err(format!("N = {}: --burst takes 64, 128, ... 4096", cut.n));
-    }
-    with_kind!(recording.iq(), R => match cut.n {
-        64 => stream::<R, 64>(recording, cut, radar, sink, progress),
-        128 => stream::<R, 128>(recording, cut, radar, sink, progress),
-        256 => stream::<R, 256>(recording, cut, radar, sink, progress),
-        512 => stream::<R, 512>(recording, cut, radar, sink, progress),
-        1024 => stream::<R, 1024>(recording, cut, radar, sink, progress),
-        2048 => stream::<R, 2048>(recording, cut, radar, sink, progress),
-        _ => stream::<R, 4096>(recording, cut, radar, sink, progress),
-    })
+    let recording = cut.open(file)?;
+    with_record!(recording.iq(), cut.n, R, N => stream::<R, N>(recording, cut, radar, sink, progress))
 }
 
 fn stream<R: Kind, const N: usize>(

@@ -8,6 +8,7 @@ use super::fundamental;
 use super::input::Input;
 use super::several::{self, Finding, Search, Sought};
 use super::{self as analyze, Analysis, Style};
+use crate::arithmetic::Arithmetic;
 use crate::follow::{self, Pursuit, Sighting};
 use crate::output::Output;
 use crate::recording::{self, Format};
@@ -146,7 +147,6 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
             .map(|names| estimator::parse(names, reach))
             .transpose()?,
         carrier: options.carrier(),
-        arithmetic: options.input.arithmetic(options.method.is_some()),
         ..options.input.analysis()?
     };
     let bar = progress::count("samples");
@@ -166,8 +166,7 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
     bar.finish_and_clear();
     let summary = summary?;
     // One in twenty.
-    if unresolved * 20 > answers && analysis.arithmetic.integer() && analysis.effort != Effort::Full
-    {
+    if unresolved * 20 > answers && analysis.effort != Effort::Full {
         eprintln!(
             "{unresolved} of {answers} are unresolved: --effort full fits what else is there"
         );
@@ -196,7 +195,7 @@ impl Options {
         let blocks = self.input.n.is_some() || self.input.hop.is_some() || self.input.skip > 0;
         let how = self.input.band.is_some() || self.method.is_some() || self.carrier_hz.is_some();
         let codes = self.input.bits != 16 || self.input.unsigned || self.input.k != 16;
-        let numbers = self.input.arith.is_some()
+        let numbers = self.input.arith != Arithmetic::default()
             || self.input.effort != Effort::default()
             || self.input.width() != Width::default()
             || self.input.false_alarm != Config::new(1.0, Codes::signed::<12>()).false_alarm;

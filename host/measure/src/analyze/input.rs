@@ -8,7 +8,6 @@ use clap::{Args, ValueEnum};
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::carrier::Carrier as Width;
 use picket_dsp::config::Config;
-use picket_dsp::spectrum::fft::twiddle::supported;
 use picket_dsp::tone::effort::Effort;
 use picket_dsp::tone::fit::Reach;
 use std::path::PathBuf;
@@ -24,7 +23,7 @@ pub struct Input {
     /// Samples per second, where the file does not know; without, frequencies are in cycles per sample
     #[arg(long, value_name = "HZ", allow_hyphen_values = true, value_parser = cli::hertz)]
     pub rate: Option<f64>,
-    /// Samples in a block [default: 1024; JSON: the whole record]
+    /// Samples in a block: 64, 128, ... 4096 [default: 1024; JSON: the whole record]
     #[arg(long, value_parser = cli::count::<{ 1 << 22 }>)]
     pub n: Option<usize>,
     /// Samples from one block's start to the next [default: N]
@@ -48,10 +47,9 @@ pub struct Input {
     /// Bins on each side that least squares reads: 4, 8 or 16
     #[arg(long, default_value_t = 16)]
     pub k: usize,
-    /// Arithmetic [default: target, the library as boards run it; f64, the reference, for other lengths than the library's, JSON records
-    /// and --method]
-    #[arg(long, value_enum)]
-    pub arith: Option<Arithmetic>,
+    /// Arithmetic, of boards with an FPU or without
+    #[arg(long, value_enum, default_value_t)]
+    pub arith: Arithmetic,
     /// How closely a line that is no steady tone is looked at: look, by tests as boards do; full, by a joint fit of all that is there; one,
     /// with one cause beside the tone
     #[arg(long, value_name = "EFFORT", default_value = Effort::default().name(), value_parser = effort)]
@@ -100,24 +98,6 @@ pub fn effort(name: &str) -> Result<Effort, String> {
     })
 }
 
-/// An error, in one line, if an arithmetic has no such effort.
-pub fn has_effort(arithmetic: Arithmetic, effort: Effort) -> Result<(), String> {
-    if effort == Effort::default() || arithmetic.integer() {
-        Ok(())
-    } else {
-        Err("--effort is the library's: it needs --arith target".into())
-    }
-}
-
-/// An error, in one line, if an arithmetic does not know a tone's own width.
-pub fn has_width(arithmetic: Arithmetic, width: Width) -> Result<(), String> {
-    if width == Width::default() || arithmetic.integer() {
-        Ok(())
-    } else {
-        Err("--linewidth and --envelope are the library's: they need --arith target".into())
-    }
-}
-
 impl Input {
     /// The tone's own width.
     pub const fn width(&self) -> Width {
@@ -155,13 +135,6 @@ impl Input {
         estimator::reach(self.k)
     }
 
-    /// In which numbers its blocks are measured: what the user says, else the library's own where it has them.
-    pub fn arithmetic(&self, methods: bool) -> Arithmetic {
-        let json = self.format.or_else(|| Format::guess(&self.file)) == Some(Format::Json);
-        let own = supported(self.n.unwrap_or(super::BLOCK)) && !json && !methods;
-        self.arith.unwrap_or(if own { Arithmetic::Target } else { Arithmetic::F64 })
-    }
-
     /// The measurement of its blocks by the best method of their kind.
     pub fn analysis(&self) -> Result<Analysis, String> {
         Ok(Analysis {
@@ -173,7 +146,7 @@ impl Input {
             estimators: None,
             reach: self.reach()?,
             codes: self.codes()?,
-            arithmetic: self.arithmetic(false),
+            arithmetic: self.arith,
             effort: self.effort,
             width: self.width(),
             false_alarm: self.false_alarm,

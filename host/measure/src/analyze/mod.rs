@@ -17,7 +17,7 @@ use crate::band;
 use crate::cli::{self, print_line};
 use crate::estimator::Estimator;
 use crate::recording::{self, Blocks, Format, Recording, Records, Sample};
-use crate::with_kind;
+use crate::{length, with_kind};
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::carrier::Carrier as Width;
 use picket_dsp::config::Config;
@@ -445,9 +445,7 @@ impl<'a> Analyst<'a> {
             self.give(&place, measured);
             return Ok(());
         }
-        if analysis.arithmetic.integer()
-            && let Some(unfit @ Unfit::Quiet) = Unfit::of(samples, analysis.codes)
-        {
+        if let Some(unfit @ Unfit::Quiet) = Unfit::of(samples, analysis.codes) {
             return Err(unfit.cure(analysis.codes));
         }
         let values: Vec<Complex<f64>> = samples.iter().map(|sample| sample.value).collect();
@@ -550,8 +548,7 @@ fn missed(file: &Path, blocks: &Blocks) -> Result<(), String> {
 impl Station {
     /// What each method answers to a block.
     fn measured(&mut self, samples: &[Sample], gap: bool, analysis: &Analysis) -> Measured {
-        let integer = analysis.arithmetic.integer();
-        let unfit = integer.then(|| Unfit::of(samples, analysis.codes)).flatten();
+        let unfit = Unfit::of(samples, analysis.codes);
         let answers = match unfit {
             Some(Unfit::Quiet) => vec![Estimate::NOTHING; self.estimators.len()],
             // Codes beyond the rails have a verdict of their own.
@@ -562,20 +559,13 @@ impl Station {
     }
 
     fn new(analysis: &Analysis, rate_hz: Option<f64>, iq: bool, n: usize) -> Result<Self, String> {
-        input::has_effort(analysis.arithmetic, analysis.effort)?;
-        input::has_width(analysis.arithmetic, analysis.width)?;
+        length::check(n)?;
         let best = || vec![Estimator::best(iq, analysis.reach)];
         let estimators = analysis.estimators.clone().unwrap_or_else(best);
         with_kind!(iq, R => {
             for estimator in &estimators {
                 estimator.check::<R>()?;
                 analysis.arithmetic.check(*estimator)?;
-                if analysis.band_hz.is_some() && matches!(estimator, Estimator::Host(_)) {
-                    return Err(format!(
-                        "{} searches the whole spectrum: leave --band out",
-                        estimator.name()
-                    ));
-                }
             }
             // Without a rate all frequencies are in cycles per sample.
             let rate = rate_hz.unwrap_or(1.0);
@@ -588,9 +578,6 @@ impl Station {
                 carrier: analysis.width,
                 ..Config::new(1.0, Codes::signed::<12>())
             };
-            // The length is checked first: the plan takes any.
-            let whole = Config { band_hz: None, ..config };
-            engine::<R>(analysis.arithmetic, n, whole.terms::<R>(n).map_err(text)?)?;
             band::holds_a_bin(analysis.band_hz, rate, n, iq)?;
             let plan = config.terms::<R>(n).map_err(text)?;
             Ok(Station { engine: engine::<R>(analysis.arithmetic, n, plan)?, estimators })

@@ -10,11 +10,10 @@ use crate::cli::print_line;
 use crate::follow::record;
 use crate::recording::Recording;
 use crate::simulate::Kind;
-use crate::with_kind;
+use crate::with_record;
 use picket_dsp::acquire::sample::Stamp;
 use picket_dsp::config::Config;
 use picket_dsp::pipeline::Pipeline;
-use picket_dsp::spectrum::fft::twiddle::supported;
 use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_transform::num_complex::Complex;
 use serde::Serialize;
@@ -113,19 +112,8 @@ pub fn run(
     sink: &mut dyn FnMut(&Finding),
     progress: &mut dyn FnMut(u64),
 ) -> Result<Tally, String> {
-    let recording = Recording::open(file, search.cut.read).map_err(super::text)?;
-    if !supported(search.cut.n) {
-        return Err(format!("N = {}: --most and --harmonics take 64, 128, ... 4096", search.cut.n));
-    }
-    with_kind!(recording.iq(), R => match search.cut.n {
-        64 => blocks::<R, 64>(recording, search, sink, progress),
-        128 => blocks::<R, 128>(recording, search, sink, progress),
-        256 => blocks::<R, 256>(recording, search, sink, progress),
-        512 => blocks::<R, 512>(recording, search, sink, progress),
-        1024 => blocks::<R, 1024>(recording, search, sink, progress),
-        2048 => blocks::<R, 2048>(recording, search, sink, progress),
-        _ => blocks::<R, 4096>(recording, search, sink, progress),
-    })
+    let recording = search.cut.open(file)?;
+    with_record!(recording.iq(), search.cut.n, R, N => blocks::<R, N>(recording, search, sink, progress))
 }
 
 fn blocks<R: Kind, const N: usize>(

@@ -1,7 +1,7 @@
 //! The firmware's way: the core's spectrum and pipeline.
 
 use super::explained::{Explained, Notes};
-use super::{Engine, Estimate, within};
+use super::{Engine, Estimate, Frequencies, within};
 use crate::estimator::{Estimator, reached};
 use crate::recording::Sample;
 use crate::simulate::{Kind, code};
@@ -115,7 +115,7 @@ fn array<R: Kind, const N: usize, T>(
     samples
 }
 
-impl<R: Kind, const N: usize> Engine for Target<R, N> {
+impl<R: Kind, const N: usize> Frequencies for Target<R, N> {
     fn frequencies(&mut self, record: &[Complex<f64>], estimators: &[Estimator]) -> Vec<f64> {
         let samples = block::<R, N>(record);
         self.spectrum.transform(&samples, self.plan.codes);
@@ -126,7 +126,9 @@ impl<R: Kind, const N: usize> Engine for Target<R, N> {
             |&e| within::<R>(f64::from(peak.bin) + self.offset(e, &samples, peak.bin), N);
         estimators.iter().map(frequency).collect()
     }
+}
 
+impl<R: Kind, const N: usize> Engine for Target<R, N> {
     fn measure(
         &mut self,
         record: &[Complex<f64>],

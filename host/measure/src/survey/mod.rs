@@ -11,9 +11,9 @@ use crate::estimator::Estimator;
 use crate::recording::{Levels, Options, Recording, RecordingError, Sample, Scaling};
 use crate::with_kind;
 use nature::{Finding, Known, Nature};
-use picket_dsp::Usable;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::config::Config;
+use picket_dsp::tone::Verdict;
 use picket_dsp::tone::fit::Reach;
 use picket_transform::num_complex::Complex;
 use spectrum::{floored, powers};
@@ -25,7 +25,7 @@ const MOST: usize = 1 << 20;
 /// The longest and the shortest record that it is cut into.
 const LONGEST: usize = 1 << 15;
 const SHORTEST: usize = 64;
-/// The longest record that is proposed unless lines are near each other.
+/// The longest record in which a line is measured.
 const USUAL: usize = 4096;
 /// The most lines that are listed, and how far above the floor a listed line stands, in dB.
 const LINES: usize = 6;
@@ -63,8 +63,6 @@ pub struct Survey {
     pub tone: Option<usize>,
     /// What ways of measuring did on the recording.
     finding: Finding,
-    /// What measures the line where none of them held.
-    longest: Option<String>,
 }
 
 /// How the codes of a recording differ from those of 16 bits.
@@ -117,7 +115,6 @@ impl Survey {
             hum_hz: None,
             tone: None,
             finding: Finding { nature: Nature::Noise, held: None },
-            longest: None,
         };
         survey.lines = survey.peaks(&samples);
         survey.hum_hz = survey.hum();
@@ -128,11 +125,6 @@ impl Survey {
             survey.tone = Some(0);
         }
         survey.finding = survey.tried(&samples);
-        if survey.finding.held.is_none() {
-            let line = survey.tone.and_then(|tone| survey.lines.get(tone));
-            let line = line.filter(|line| line.verdict == "good");
-            survey.longest = line.and_then(|line| survey.longest(line, &samples));
-        }
         Ok(survey)
     }
 
@@ -159,51 +151,53 @@ impl Survey {
         found.truncate(LINES);
         let measured = |&(hertz, power, above_db): &(f64, f64, f64)| {
             // Wide enough for the noise around it to be seen, and no stronger line within.
-            let stronger = found.iter().filter(|line| line.1 > power);
+            let stronger = || found.iter().filter(|line| line.1 > power);
             let free =
-                stronger.map(|line| (line.0 - hertz).abs() / 2.0).fold(f64::INFINITY, f64::min);
-            let width = free.min(64.0 * self.bin_hz()).max(3.0 * self.bin_hz());
+                stronger().map(|line| (line.0 - hertz).abs() / 2.0).fold(f64::INFINITY, f64::min);
+            let bin_hz = self.rate_hz / self.record() as f64;
+            let width = free.min(64.0 * bin_hz).max(3.0 * bin_hz);
             let estimate = self.measured(samples, (hertz - width, hertz + width));
-            match estimate.filter(|estimate| estimate.bins.is_finite()) {
-                Some(Estimate { bins, sigma_bins, verdict, .. }) => {
-                    let signed = if self.iq && bins > self.n as f64 / 2.0 {
-                        bins - self.n as f64
-                    } else {
-                        bins
-                    };
-                    Spectral {
-                        frequency_hz: signed * self.bin_hz(),
-                        sigma_hz: sigma_bins * self.bin_hz(),
-                        above_db,
-                        verdict: verdict.name(),
-                    }
-                }
-                None => Spectral {
-                    frequency_hz: hertz,
-                    sigma_hz: f64::NAN,
-                    above_db,
-                    verdict: "no-signal",
-                },
-            }
+            let near = estimate.and_then(|Estimate { bins, sigma_bins, verdict, .. }| {
+                let n = self.record() as f64;
+                let signed = if self.iq && bins > n / 2.0 { bins - n } else { bins };
+                let (frequency_hz, sigma_hz) = (signed * bin_hz, sigma_bins * bin_hz);
+                let measured =
+                    Spectral { frequency_hz, sigma_hz, above_db, verdict: verdict.name() };
+                let off = |hertz: f64| (frequency_hz - hertz).abs();
+                let other = stronger().map(|line| off(line.0)).fold(f64::INFINITY, f64::min);
+                (off(hertz) < bin_hz.min(other)).then_some(measured)
+            });
+            // Else a line within a bin of a stronger one, which no record of the library tells from it: it is anywhere in its bin here.
+            near.unwrap_or(Spectral {
+                frequency_hz: hertz,
+                sigma_hz: self.bin_hz() / 12f64.sqrt(),
+                above_db,
+                verdict: Verdict::Unresolved.name(),
+            })
         };
         found.iter().map(measured).collect()
     }
 
-    fn measured(&self, samples: &[Complex<f64>], band: (f64, f64)) -> Option<Estimate> {
-        let start = (samples.len() - self.n) / 2;
-        self.estimate(&samples[start..start + self.n], band)
+    /// The samples of the longest record in which a line is measured.
+    fn record(&self) -> usize {
+        self.n.min(USUAL)
     }
 
-    /// What a record of any length shows in a band.
-    fn estimate(&self, record: &[Complex<f64>], band: (f64, f64)) -> Option<Estimate> {
+    /// What the record in the middle shows in a band.
+    fn measured(&self, samples: &[Complex<f64>], band: (f64, f64)) -> Option<Estimate> {
+        let n = self.record();
+        let start = (samples.len() - n) / 2;
+        let (codes, scale) = self.codes();
+        let record: Vec<Complex<f64>> =
+            samples.iter().skip(start).take(n).map(|x| x * scale).collect();
         let half = self.rate_hz / 2.0;
         let low = if self.iq { -half } else { 0.0 };
         let band_hz = Some((band.0.max(low), band.1.min(half)));
-        let config = Config { band_hz, ..Config::new(self.rate_hz, Codes::signed::<16>()) };
+        let config = Config { band_hz, ..Config::new(self.rate_hz, codes) };
         with_kind!(self.iq, R => {
-            let plan = config.terms::<R>(record.len()).ok()?;
-            let mut engine = engine::<R>(Arithmetic::F64, record.len(), plan).ok()?;
-            engine.measure(record, &[Estimator::best(self.iq, Reach::Four)], false).pop()
+            let plan = config.terms::<R>(n).ok()?;
+            let mut engine = engine::<R>(Arithmetic::Target, n, plan).ok()?;
+            engine.measure(&record, &[Estimator::best(self.iq, Reach::Four)], false).pop()
         })
     }
 
@@ -237,11 +231,7 @@ impl Survey {
             lines: self.lines.iter().filter(|line| !hum(line)).count(),
             comb_hz: self.comb_hz(),
         };
-        let (codes, scale) = match self.width() {
-            Some(Width::Unsigned12) => (Codes::unsigned::<12>(), 1.0),
-            Some(Width::Scale(scale)) => (Codes::signed::<16>(), scale),
-            None => (Codes::signed::<16>(), 1.0),
-        };
+        let (codes, scale) = self.codes();
         let ground = Ground { samples, iq: self.iq, rate_hz: self.rate_hz, codes, scale };
         nature::finding(ground, &known)
     }
@@ -259,6 +249,15 @@ impl Survey {
         (even && step > 3.0 * self.bin_hz()).then_some(step)
     }
 
+    /// The codes, and the factor to them.
+    fn codes(&self) -> (Codes, f64) {
+        match self.width() {
+            Some(Width::Unsigned12) => (Codes::unsigned::<12>(), 1.0),
+            Some(Width::Scale(scale)) => (Codes::signed::<16>(), scale),
+            None => (Codes::signed::<16>(), 1.0),
+        }
+    }
+
     /// What a person has to say of the codes.
     fn width(&self) -> Option<Width> {
         let Levels { low, high, step, clipped, .. } = self.levels;
@@ -271,18 +270,15 @@ impl Survey {
         }
     }
 
-    /// What to type, after the file and how it is read: the way that held; else, of a line that stands where it is in long records, what
-    /// measures it.
+    /// What to type, after the file and how it is read: the way that held.
     pub fn proposal(&self) -> Option<String> {
         let width = match self.width() {
             Some(Width::Unsigned12) => " --bits 12 --unsigned".into(),
             Some(Width::Scale(scale)) => format!(" --scale {scale:.4}"),
             None => String::new(),
         };
-        if let Some((way, ..)) = &self.finding.held {
-            return Some(self.words(way) + &width);
-        }
-        Some(self.longest.clone()? + &width)
+        let (way, ..) = self.finding.held.as_ref()?;
+        Some(self.words(way) + &width)
     }
 
     /// The words of a way.
@@ -313,47 +309,6 @@ impl Survey {
         let unit = 10f64.powf(-digits);
         let (low, high) = ((low / unit).ceil() * unit, (high / unit).floor() * unit);
         format!(" --band {low:.0$}:{high:.0$}", digits as usize)
-    }
-
-    /// What measures a line beside another that is near it, if records of that length bear each other out. Beside several others it may be one of
-    /// the sidebands of a tone whose frequency swings: those stand still, and none is where the tone is.
-    fn longest(&self, tone: &Spectral, samples: &[Complex<f64>]) -> Option<String> {
-        let hum = |line: &&Spectral| self.hum_hz.is_some_and(|hum| self.of_hum(line, hum));
-        if self.lines.iter().filter(|line| !hum(line)).count() > 2 {
-            return None;
-        }
-        let others = || self.lines.iter().filter(|line| !std::ptr::eq(*line, tone));
-        let apart = others().map(|line| (line.frequency_hz - tone.frequency_hz).abs());
-        let apart = apart.fold(tone.frequency_hz.abs(), f64::min);
-        let mut n = self.n.min(USUAL);
-        while n < self.n && apart * (n as f64) < 16.0 * self.rate_hz {
-            n *= 2;
-        }
-        // One answer is borne out by no other.
-        if 3 * n > self.samples {
-            return None;
-        }
-        let band = self.band(tone, n);
-        let answers: Vec<Estimate> =
-            samples.chunks_exact(n).filter_map(|record| self.estimate(record, band)).collect();
-        let usable: Vec<&Estimate> = answers
-            .iter()
-            .filter(|answer| answer.verdict.usable() <= Usable::WithinSigma)
-            .collect();
-        let alike = usable.windows(2).filter(|pair| {
-            let sigma = pair[0].sigma_bins.hypot(pair[1].sigma_bins);
-            (pair[0].bins - pair[1].bins).abs() <= 3.0 * sigma
-        });
-        if 2 * usable.len() <= answers.len() || usable.len() < 2 || alike.count() + 1 < usable.len()
-        {
-            return None;
-        }
-        let mut words = format!("--n {n}");
-        let stronger = self.tone != Some(0);
-        if stronger || self.hum_hz.is_some() {
-            words += &self.band_words(band, n);
-        }
-        Some(words)
     }
 
     /// From half-way to the next line below to half-way to the next one above.

@@ -1,14 +1,13 @@
 //! What kind of signal a recording holds, and which way of measuring it holds on the recording itself.
 
 use super::trial::{Ground, Of, Shot, Way};
+use crate::length::LENGTHS;
 use picket_transform::Transform;
 use picket_transform::num_complex::Complex;
 use std::f64::consts::TAU;
 
 /// Samples that ways are tried on.
 pub(super) const TRIED: usize = 1 << 18;
-/// The lengths of the core.
-const LENGTHS: [usize; 7] = [64, 128, 256, 512, 1024, 2048, 4096];
 /// A way that answers for less of the blocks than this is not proposed.
 const LEAST: f64 = 0.3;
 /// Frames of the spectrogram, and how far above its median a frame's peak stands where there is a signal, in dB: a peak of 500 bins of

@@ -2,7 +2,7 @@
 
 use super::nature::moves;
 use crate::simulate::Kind;
-use crate::with_kind;
+use crate::{length, with_record};
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::{Segment, Stamp};
 use picket_dsp::config::{Config, Following};
@@ -84,16 +84,10 @@ impl Shot {
 impl Ground<'_> {
     /// What a way answers; nothing where it cannot be taken.
     pub fn shots(&self, way: &Way) -> Vec<Shot> {
-        with_kind!(self.iq, R => match way.n {
-            64 => self.of::<R, 64>(way),
-            128 => self.of::<R, 128>(way),
-            256 => self.of::<R, 256>(way),
-            512 => self.of::<R, 512>(way),
-            1024 => self.of::<R, 1024>(way),
-            2048 => self.of::<R, 2048>(way),
-            4096 => self.of::<R, 4096>(way),
-            _ => Vec::new(),
-        })
+        if length::check(way.n).is_err() {
+            return Vec::new();
+        }
+        with_record!(self.iq, way.n, R, N => self.of::<R, N>(way))
     }
 
     fn of<R: Kind, const N: usize>(&self, way: &Way) -> Vec<Shot> {
