@@ -112,7 +112,7 @@ def test_verdicts_are_told():
 @pytest.mark.parametrize(
     "options, samples, words",
     [
-        ({"n": 1000}, None, "64, 128"),
+        ({"n": 1000}, None, "choose 512 or 1024"),
         ({"rate_hz": -1}, None, "sample rate must lie between"),
         ({"rate_hz": float("nan")}, None, "sample rate"),
         ({"band_hz": (9, 3)}, None, "band must lie between"),
