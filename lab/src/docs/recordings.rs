@@ -112,7 +112,7 @@ pub fn mains_hz(track: &[(f64, f64)], sample: f64) -> Option<f64> {
     track.windows(2).find_map(|pair| {
         let [from, to] = [&pair[0], &pair[1]];
         let share = (sample - middle(from)) / (middle(to) - middle(from));
-        (0.0..1.0).contains(&share).then(|| from.1 + (to.1 - from.1) * share)
+        (0.0..1.0).contains(&share).then_some(from.1 + (to.1 - from.1) * share)
     })
 }
 
