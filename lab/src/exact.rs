@@ -5,7 +5,7 @@ use crate::estimator::Estimator;
 use crate::simulate::Kind;
 use picket_dsp::math::scalar::Scalar;
 use picket_dsp::plan::Terms;
-use picket_dsp::spectrum::STANDS_OUT;
+use picket_dsp::spectrum::view::STANDS_OUT;
 use picket_dsp::spectrum::bins::{Bins, Rectangular};
 use picket_dsp::spectrum::peak::{Band, Search};
 use picket_transform::num_complex::Complex;
