@@ -126,6 +126,8 @@ pub mod acquire;
 pub mod burst;
 pub mod carrier;
 pub mod config;
+mod error;
+pub mod frequency;
 mod list;
 pub mod math;
 pub mod methods;
@@ -157,7 +159,7 @@ pub use acquire::framer::Framer;
 #[doc(inline)]
 pub use acquire::sample::{Iq, Real, Record, Segment, Stamp};
 #[doc(inline)]
-pub use burst::{Burst, BurstProcessor, Validation};
+pub use burst::{Burst, Validation};
 #[doc(inline)]
 pub use carrier::Carrier;
 #[doc(inline)]
@@ -166,7 +168,8 @@ pub use config::{Config, ConfigError, Following, Scene};
 pub use methods::registry::{Method, UnknownMethod};
 #[doc(inline)]
 pub use pipeline::{
-    Alternating, FrequencyOnly, LengthError, Measurement, Outcome, Pipeline, Unjudged,
+    Alternating, BurstProcessor, FrequencyOnly, LengthError, Measurement, Outcome, Pipeline,
+    Unjudged,
 };
 #[doc(inline)]
 pub use plan::Plan;

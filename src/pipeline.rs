@@ -1,11 +1,13 @@
 //! From a block of samples to a target. Firmware and tools measure their blocks by the types here.
 
 mod alternating;
+mod burst_processor;
 mod frequency_only;
 mod measured;
 mod ramps;
 
 pub use alternating::Alternating;
+pub use burst_processor::BurstProcessor;
 pub use frequency_only::{FrequencyOnly, Unjudged};
 
 pub(crate) use measured::Measured;

@@ -3,7 +3,7 @@
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Iq, Real, Record};
 use crate::carrier::Width;
-use crate::config::ConfigError;
+use crate::error::ConfigError;
 use crate::methods::registry::Method;
 use crate::solve::chirp::Scale;
 use crate::solve::equations::Equations;
@@ -12,10 +12,10 @@ use crate::spectrum::fft::twiddle::supported;
 use crate::spectrum::neighbourhood::has_ring;
 use crate::spectrum::peak::Band;
 use crate::tone::arithmetic::Arithmetic;
-use crate::tone::detection::{FALSE_ALARM, Threshold};
 use crate::tone::effort::Effort;
 use crate::tone::fit::Reach;
-use crate::tone::measure::Options;
+use crate::tone::options::Options;
+use crate::tone::threshold::{FALSE_ALARM, Threshold};
 use core::marker::PhantomData;
 use core::ops::Deref;
 

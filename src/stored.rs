@@ -13,8 +13,8 @@ use crate::acquire::sample::{Segment, Stamp};
 use crate::solve::candidates::CANDIDATES;
 use crate::solve::displacement::Displacement;
 use crate::tone::FrequencyDrift;
-use crate::tone::detection::FALSE_ALARM;
 use crate::tone::harmonic::Harmonic;
+use crate::tone::threshold::FALSE_ALARM;
 use crate::{
     Accumulated, Ambiguity, Arithmetic, Burst, Candidate, Candidates, Carrier, Chirp, Codes,
     Config, Decision, Effort, Following, Frequency, Measurement, Method, Mixing, Outcome, Reach,

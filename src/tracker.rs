@@ -12,14 +12,15 @@ use crate::plan::{Plan, Solver};
 use crate::solve::chirp::{self, Shape, Target};
 use crate::solve::doppler::{self, Velocity};
 use crate::solve::equations::Equations;
-use crate::solve::hypotheses::{Line, solve};
+use crate::solve::hypotheses::solve;
+use crate::solve::hypothesis::Line;
 use crate::solve::track::Track;
 use crate::solve::tracks::{Sight, Tracks};
 use crate::spectrum::layout::Layout;
 use crate::spectrum::peak::{self, Band};
-use crate::tone::detection::{HOLD, Threshold};
 use crate::tone::lines::MOST;
 use crate::tone::lock::Lock;
+use crate::tone::threshold::{HOLD, Threshold};
 use crate::tone::{Tone, Usable};
 use heapless::Vec;
 

@@ -9,7 +9,7 @@ use picket_dsp::pipeline::Pipeline;
 use picket_dsp::spectrum::peak::{Band, Search};
 use picket_dsp::tone::Verdict;
 use picket_dsp::tone::arithmetic::Arithmetic;
-use picket_dsp::tone::detection::Threshold;
+use picket_dsp::tone::threshold::Threshold;
 use rand::RngExt;
 use rand_distr::Exp1;
 use rayon::prelude::*;

@@ -5,7 +5,7 @@ use core::mem;
 use heapless::Vec;
 use picket_dsp::accumulate::Accumulator;
 use picket_dsp::acquire::sample::{Record, Stamp};
-use picket_dsp::burst::BurstProcessor;
+use picket_dsp::pipeline::BurstProcessor;
 use picket_dsp::pipeline::Measurement;
 use picket_dsp::plan::Plan;
 use picket_wire::burst::Burst;

@@ -4,7 +4,7 @@ use crate::native::{Native, Work};
 use crate::tables::{self, ToneRow};
 use picket_dsp::model::{Answer, Cause};
 use picket_dsp::spectrum::engine::Engine;
-use picket_dsp::tone::judge::{FitTest, LineClass};
+use picket_dsp::tone::line_class::{FitTest, LineClass};
 use picket_dsp::tone::observer::{Observer, Step, Test};
 use picket_dsp::{Pipeline, Plan, Record};
 use std::cell::RefCell;

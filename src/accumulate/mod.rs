@@ -55,15 +55,15 @@ mod moved;
 mod sums;
 
 use crate::acquire::sample::{Cells, Record, Segment};
+use crate::frequency::Frequency;
 use crate::pipeline::{Measurement, Pipeline};
 use crate::plan::Terms;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::fft::integer::{self, Point};
 use crate::spectrum::layout::Layout;
 use crate::spectrum::view::View;
-use crate::tone::detection::FALSE_ALARM;
-use crate::tone::frequency::Frequency;
 use crate::tone::sigma::CLIPPED;
+use crate::tone::threshold::FALSE_ALARM;
 use crate::tone::verdict::Reasons;
 use crate::tone::{Tone, Verdict};
 use detection::Place;

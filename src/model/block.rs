@@ -3,10 +3,10 @@
 use super::{Answer, Noise, Window, measure};
 use crate::spectrum::engine::RESIDUE;
 use crate::spectrum::neighbourhood::Neighbourhood;
-use crate::tone::detection::{Relaxation, Threshold};
 use crate::tone::effort::Effort;
 use crate::tone::fit::Fit;
 use crate::tone::noise::ring::LocalNoise;
+use crate::tone::threshold::{Relaxation, Threshold};
 
 /// The bins around a peak, in codes.
 fn window_of(near: &Neighbourhood) -> Window {

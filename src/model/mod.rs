@@ -32,7 +32,7 @@ pub use round::{Cause, HYPOTHESES, Kept};
 pub use window::Window;
 
 use crate::math::scalar::Scalar as _;
-use crate::tone::close_detection::louder;
+use crate::tone::noise::louder::louder;
 use belief::Belief;
 use constants::CAUSES;
 use joint::{Joint, Solution};

@@ -30,15 +30,15 @@
 use super::{Measurement, Pipeline};
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Data, Iq, Real, Stamp};
+use crate::frequency::Frequency;
 use crate::math::scalar::Scalar;
 use crate::methods::registry::Method;
 use crate::plan::{Plan, Terms};
-use crate::solve::hypotheses::Line;
+use crate::solve::hypothesis::Line;
 use crate::spectrum::Spectrum;
 use crate::spectrum::peak::{self, Band, Peak};
-use crate::tone::detection::{Relaxation, Threshold};
 use crate::tone::evidence::Evidence;
-use crate::tone::frequency::Frequency;
+use crate::tone::threshold::{Relaxation, Threshold};
 use crate::tone::{Tone, Verdict};
 use fixed::types::I0F32;
 use num_complex::Complex;

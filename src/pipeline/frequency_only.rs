@@ -2,6 +2,7 @@
 
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::Record;
+use crate::frequency::Frequency;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::{Engine, I32};
 use crate::spectrum::layout::Layout;
@@ -10,7 +11,6 @@ use crate::spectrum::peak::{self, Band};
 use crate::spectrum::view::View;
 use crate::tone::arithmetic::Arithmetic;
 use crate::tone::fit::{self, FitNear, FitStart, Reach};
-use crate::tone::frequency::Frequency;
 use crate::tone::noise::ring;
 use crate::tone::sigma::{sigma_bins, with_rounding};
 

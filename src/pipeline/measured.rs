@@ -5,19 +5,20 @@ use crate::acquire::sample::{Data, Stamp, Statistics};
 use crate::list::first;
 use crate::math::scalar::Scalar as _;
 use crate::plan::Terms;
-use crate::solve::hypotheses::Line;
+use crate::solve::hypothesis::Line;
 use crate::spectrum::layout::Layout;
 use crate::spectrum::peak::{self, Band, Peak, SKIRT};
 use crate::spectrum::view::View;
 use crate::tone::arithmetic::Arithmetic;
-use crate::tone::detection::{Relaxation, Threshold};
 use crate::tone::evidence::Evidence;
 use crate::tone::fit::FitNear;
 use crate::tone::harmonic::{Harmonic, harmonic};
 use crate::tone::lines::{DRIFT, MOST, lines};
-use crate::tone::measure::{Block, Options, rise};
-use crate::tone::observer::Observer;
+use crate::tone::measure::{NO_TONE, rise, weigh};
+use crate::tone::observer::{Observer, Tap};
+use crate::tone::options::Options;
 use crate::tone::phasor::ToneWithPhase;
+use crate::tone::threshold::{Relaxation, Threshold};
 use crate::tone::{FrequencyDrift, Tone, Verdict};
 use core::f32::consts::{FRAC_1_PI, FRAC_2_PI};
 use heapless::Vec;
@@ -25,6 +26,50 @@ use heapless::Vec;
 /// The least amplitude of a line beside the strongest, as a ratio: -10 dB. A weaker one is not the strongest target's on another ramp, far
 /// beyond the spread of levels.
 const COMPARABLE: f32 = 0.316;
+
+/// A block whose samples are transformed: what the measurement reads.
+#[derive(Clone, Copy, Debug)]
+struct Block<'a> {
+    /// The samples.
+    data: Data<'a>,
+    /// The fit for this kind of record.
+    fit_near: FitNear,
+    /// Samples that touch a rail.
+    clipped: u32,
+    /// The strongest line of the band, if there is one.
+    peak: Option<Peak>,
+    /// Where and when the block was taken.
+    stamp: &'a Stamp,
+    /// The plan.
+    terms: &'a Terms,
+}
+
+impl Block<'_> {
+    /// Measures the block, and leaves the verdict to the caller: returns the tone, so far good, and the evidence.
+    fn measured(&self, view: &View) -> (Tone, Evidence) {
+        self.measured_by(view, ())
+    }
+
+    /// [`Block::measured`] with every test reported to `observer`.
+    fn explained(&self, view: &View, observer: &dyn Observer) -> (Tone, Evidence) {
+        self.measured_by(view, observer)
+    }
+
+    #[inline(always)]
+    fn measured_by(&self, view: &View, observer: impl Tap) -> (Tone, Evidence) {
+        let &Self { data, fit_near, clipped, ref peak, stamp, terms } = self;
+        let &Terms { codes, band, rate_hz, ref options, .. } = terms;
+        let (mut tone, mut evidence) = match peak {
+            Some(peak) => {
+                weigh(view, fit_near, data, peak, codes, clipped, stamp, options, observer)
+            }
+            None => NO_TONE,
+        };
+        evidence.outside = evidence.found && tone.is_outside(band, view.layout.n);
+        tone.rate_hz = rate_hz;
+        (tone, evidence)
+    }
+}
 
 /// A transformed block and its plan.
 #[derive(Clone, Copy)]

@@ -2,14 +2,15 @@
 
 use super::Outcome;
 use crate::acquire::sample::Stamp;
+use crate::frequency::Frequency;
 use crate::list::first;
 use crate::plan::Solver;
 use crate::solve::chirp::{self, Shape};
 use crate::solve::doppler;
 use crate::solve::equations::Equations;
-use crate::solve::hypotheses::{Last, Line, solve};
+use crate::solve::hypotheses::solve;
+use crate::solve::hypothesis::{Last, Line};
 use crate::solve::segments::{Segments, TRAPEZOID, TRIANGLE};
-use crate::tone::frequency::Frequency;
 use crate::tone::lines::MOST;
 use crate::tone::{FrequencyDrift, Tone, Verdict};
 use heapless::Vec;

@@ -4,7 +4,7 @@
 //! whole turns. The whole turns follow from other knowledge ([`Between`]): for a Doppler radar from the frequency itself, for a chirp from
 //! the target's low speed. If neither gives them for sure, the displacement starts anew.
 
-use super::chirp::{Mixing, Scale, metres};
+use super::waveform::{Mixing, Scale, metres};
 use crate::acquire::sample::Stamp;
 use crate::math::scalar::Scalar as _;
 use crate::tone::phasor::ToneWithPhase;

@@ -1,6 +1,6 @@
 //! Velocity from a Doppler shift.
 
-use super::chirp::{Scale, metres};
+use super::waveform::{Scale, metres};
 use crate::tone::{Tone, Verdict};
 use fixed::types::I32F32;
 

@@ -17,8 +17,8 @@
 //! Ye et al. 2022 (section 1) give the magnitudes for one carrier and a range that does not change within the chirp.
 
 use super::bounds::Bounds;
-use super::chirp::{Mixing, Scale, Shape};
-use crate::config::{ConfigError, SPEED_OF_LIGHT};
+use super::waveform::{Mixing, SPEED_OF_LIGHT, Scale, Shape};
+use crate::error::ConfigError;
 use crate::tone::evidence::EDGE_BINS;
 
 /// A frequency-modulated continuous wave, as the transmitter sends it.

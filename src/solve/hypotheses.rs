@@ -8,14 +8,15 @@
 //!
 //! The knowledge is used in this order: beats, bounds, levels, last chirp. What decides first is told.
 
+use super::beats;
 use super::candidates::{Ambiguity, Candidate, Candidates, Decision};
-use super::chirp::{self, Shape, Target};
 use super::equations::Equations;
+use super::hypothesis::{Before, Hypothesis, KEPT, Last, Line, Lines, SAME};
+use super::target::Target;
+use super::waveform::Shape;
 use crate::list::first;
-use crate::math::scalar::Scalar as _;
-use crate::tone::lines::{DRIFT, MOST};
-use crate::tone::{FrequencyDrift, Tone, Usable, Verdict};
-use fixed::types::I32F32;
+use crate::tone::lines::DRIFT;
+use crate::tone::{Tone, Usable, Verdict};
 use heapless::Vec;
 
 /// The probability of all other hypotheses below which one is taken as right.
@@ -24,166 +25,9 @@ pub const WRONG: f32 = 1e-3;
 /// The variance of the logarithm of the ratio between the two echoes of one target, beside noise: half a decibel squared.
 const LEVEL: f32 = 0.057_56 * 0.057_56;
 
-/// One standard deviation of a target's acceleration between two chirps, m/s^2: that of a fall, or of a car that brakes.
-const ACCELERATION: f32 = 9.81;
-
-/// Deviations within which two values are the same, squared: five.
-pub(crate) const SAME: f32 = 25.0;
-
 /// Bins beside a line's peak where another is not found: two lines less than two bins apart are one, and a peak is up to half a bin beside
 /// its bin.
 const MERGED: f32 = 2.5;
-
-/// The most hypotheses kept.
-const KEPT: usize = 8;
-
-/// A line of a segment.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Line {
-    pub tone: Tone,
-    /// How its frequency rises within the record, where that is known.
-    pub drift: Option<FrequencyDrift>,
-}
-
-impl From<Tone> for Line {
-    fn from(tone: Tone) -> Self {
-        Self { tone, drift: None }
-    }
-}
-
-impl Line {
-    /// Whether a line rises within the record by `expected` cycles per sample. Of a line that moves this must be enough to be seen.
-    fn rises_by(&self, expected: f32) -> bool {
-        let Some(FrequencyDrift { cycles, sigma }) = self.drift else { return true };
-        let (off, variance) = (cycles - expected, sigma * sigma);
-        let steady = self.tone.verdict < Verdict::Moving;
-        let seen = 4.0 * expected * expected >= SAME * variance;
-        (steady || seen) && off * off <= SAME * (variance + RISE * RISE * expected * expected)
-    }
-
-    /// Whether the line is not steady.
-    fn is_smeared(&self) -> bool {
-        matches!(self.tone.verdict, Verdict::Moving | Verdict::Unresolved)
-    }
-}
-
-/// The relative error of a line's measured rise.
-const RISE: f32 = 0.02;
-
-/// The lines of a chirp's segments, up, flat and down; the strongest first.
-pub(crate) type Lines = [Vec<Line, MOST>; 3];
-
-/// A target that some lines may belong to.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Hypothesis {
-    pub range: I32F32,
-    pub velocity: I32F32,
-    pub sigma_range: f32,
-    pub sigma_velocity: f32,
-    /// The signs of the ramps' beats; 1 for I/Q records, whose tones have them already.
-    pub signs: [i8; 2],
-    /// The worst verdict of the beats.
-    pub verdict: Verdict,
-    /// Logarithms of the likelihoods of the beats, of the levels, and of the way from the last chirp.
-    pub beats: f32,
-    pub levels: f32,
-    pub last: f32,
-}
-
-impl Hypothesis {
-    fn target(&self) -> Target {
-        let Self { range, velocity, sigma_range, sigma_velocity, verdict, .. } = *self;
-        let velocity = Some(velocity);
-        Target { range, velocity, sigma_range, sigma_velocity, verdict, ..Target::default() }
-    }
-
-    /// Whether range and velocity are those of `best`, within five of its deviations.
-    fn is(&self, best: &Self) -> bool {
-        let within = |a: I32F32, b: I32F32, sigma: f32| {
-            let off = a.saturating_sub(b).to_num::<f32>();
-            off * off <= SAME * sigma * sigma
-        };
-        within(self.range, best.range, best.sigma_range)
-            && within(self.velocity, best.velocity, best.sigma_velocity)
-    }
-
-    /// The hypothesis with the verdict [`Verdict::Unresolved`] if a line rises otherwise than velocity and range say: it is of more than one
-    /// target, or the ramp is bent otherwise than the configuration says.
-    fn with_rises(mut self, [rising, falling]: [&Line; 2], equations: &Equations) -> Self {
-        let [range, velocity]: [f32; 2] = [self.range.to_num(), self.velocity.to_num()];
-        let [moved, bent] = [equations.rise * velocity, equations.bent * range];
-        // The magnitude of a negative beat falls where the beat rises.
-        let [up, down] = self.signs.map(f32::from);
-        if !(rising.rises_by(up * (bent + moved)) && falling.rises_by(down * (bent - moved))) {
-            self.verdict = self.verdict.max(Verdict::Unresolved);
-        }
-        self
-    }
-
-    /// The hypothesis with the verdict [`Verdict::Unresolved`] if its flat line moves, which no velocity explains.
-    fn with_flat(mut self, flat: &Line) -> Self {
-        if !flat.rises_by(0.0) {
-            self.verdict = self.verdict.max(Verdict::Unresolved);
-        }
-        self
-    }
-
-    /// The squared distance, in variances, from where the hypothesis `before` was led in `time_s` seconds by its own velocity.
-    fn away(&self, before: &Before, time_s: f32) -> f32 {
-        let of = |new: I32F32, old: I32F32| new.saturating_sub(old).to_num::<f32>();
-        let velocity = of(self.velocity, before.velocity);
-        let mean = before.velocity.to_num::<f32>() + 0.5 * velocity;
-        let range = of(self.range, before.range) + mean * time_s;
-        let both = |a: f32, b: f32| a * a + b * b;
-        let speed = both(self.sigma_velocity, before.sigma_velocity);
-        let gain = ACCELERATION * time_s;
-        let place = both(self.sigma_range, before.sigma_range) + 0.25 * speed * time_s * time_s;
-        range * range / (place + 0.25 * gain * gain * time_s * time_s)
-            + velocity * velocity / (speed + gain * gain)
-    }
-
-    /// Whether the range is 0 or more, within five deviations.
-    fn is_ahead(&self) -> bool {
-        let range: f32 = self.range.to_num();
-        range >= 0.0 || range * range <= SAME * self.sigma_range * self.sigma_range
-    }
-
-    fn is_within(&self, equations: &Equations) -> bool {
-        let margin = SAME.root();
-        equations.bounds.hold(
-            [self.range.to_num(), margin * self.sigma_range],
-            [self.velocity.to_num(), margin * self.sigma_velocity],
-        )
-    }
-}
-
-/// A hypothesis of the last chirp.
-#[derive(Clone, Copy, Debug)]
-struct Before {
-    range: I32F32,
-    velocity: I32F32,
-    sigma_range: f32,
-    sigma_velocity: f32,
-    /// The logarithm of its probability, over that of the most probable one of its line.
-    weight: f32,
-}
-
-/// The hypotheses of a chirp, for the next one.
-#[derive(Clone, Debug)]
-pub(crate) struct Last {
-    kept: Vec<Before, KEPT>,
-}
-
-impl Last {
-    pub const fn new() -> Self {
-        Self { kept: Vec::new() }
-    }
-
-    /// Forgets all.
-    pub fn forget(&mut self) {
-        self.kept.clear();
-    }
-}
 
 /// The weights of the hypotheses at each step, and what the step adds.
 const STEPS: [Option<Decision>; 4] =
@@ -256,7 +100,7 @@ pub(crate) fn solve(
         }
     }
     let Some(Choice { best, wrong }) = choice else {
-        return chirp::unseen(lines);
+        return beats::unseen(lines);
     };
     let least = if within && best.range >= 0 { Verdict::Good } else { Verdict::Unresolved };
     let mut target = best.target();
@@ -374,7 +218,7 @@ fn each(
         let both = levels([rising, falling].into_iter(), equations);
         if equations.shape != Shape::Trapezoid {
             let tones = [*rising, *falling];
-            chirp::ramps(&tones, signed, equations, |hypothesis| tell(both, hypothesis));
+            beats::ramps(&tones, signed, equations, |hypothesis| tell(both, hypothesis));
             continue;
         }
         for flat in flats {
@@ -382,19 +226,19 @@ fn each(
             if !(fewer && flat.is_smeared()) {
                 let levels = levels(tones.iter(), equations);
                 let tell = |hypothesis: Hypothesis| tell(levels, hypothesis.with_flat(flat));
-                chirp::segments(&tones, None, signed, equations, tell);
+                beats::segments(&tones, None, signed, equations, tell);
             }
             if fewer {
                 // The line may be several targets' whose velocities are nearly equal.
                 let tell = |hypothesis| tell(both, hypothesis);
-                chirp::segments(&tones, Some(MERGED), signed, equations, tell);
+                beats::segments(&tones, Some(MERGED), signed, equations, tell);
             }
         }
         if several {
             // The flat lines are of other targets, and this one is slow: its flat beat is where no further line is sought.
             let tones = [*rising, Tone::ZERO, *falling];
             let tell = |hypothesis| tell(both, hypothesis);
-            chirp::segments(&tones, Some(DRIFT as f32), signed, equations, tell);
+            beats::segments(&tones, Some(DRIFT as f32), signed, equations, tell);
         }
     }
 }

@@ -1,5 +1,6 @@
 //! From tones to range and velocity, in one block and over many.
 
+mod beats;
 pub mod bounds;
 pub mod candidates;
 pub mod chirp;
@@ -7,9 +8,12 @@ pub mod displacement;
 pub mod doppler;
 pub mod equations;
 pub(crate) mod hypotheses;
+pub(crate) mod hypothesis;
 pub(crate) mod motion;
 pub mod pairing;
 pub(crate) mod segments;
 pub mod sequence;
+mod target;
 pub mod track;
 pub(crate) mod tracks;
+pub mod waveform;

@@ -9,13 +9,14 @@
 //!
 //! A real record's beat must be positive: a real record shows a target whose Doppler shift exceeds its range beat with the wrong sign.
 
+use super::beats::{in_steps, stretched};
 use super::bounds::Bounds;
 use super::candidates::{Ambiguity, Candidate, Candidates, Decision};
-use super::chirp::{Scale, Shape, Target, in_steps, metres, stretched};
 use super::equations::Equations;
 use super::hypotheses::WRONG;
+use super::target::Target;
+use super::waveform::{SPEED_OF_LIGHT, Scale, Shape, metres};
 use crate::acquire::sample::Stamp;
-use crate::config::SPEED_OF_LIGHT;
 use crate::math::scalar::Scalar as _;
 use crate::tone::phasor::ToneWithPhase;
 use crate::tone::{Tone, Verdict};

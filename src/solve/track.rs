@@ -5,10 +5,10 @@
 //! are `f32`.
 
 use super::motion::{CALM_GAINS, Motion};
+use crate::frequency::Frequency;
 use crate::math::scalar::Scalar;
 use crate::tone::evidence::Evidence;
-use crate::tone::frequency::Frequency;
-use crate::tone::judge::LineClass;
+use crate::tone::line_class::LineClass;
 use crate::tone::{Reasons, Tone, Usable, Verdict};
 
 /// The parameters of the filter that follows tones, in its own units.

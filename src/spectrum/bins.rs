@@ -2,6 +2,7 @@
 //! of the type, so an estimator for one cannot be given the other.
 
 use super::fft::integer::Point;
+pub use super::layout::REACH;
 use super::view::View;
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
@@ -9,8 +10,6 @@ use core::marker::PhantomData;
 use core::mem::MaybeUninit;
 use num_complex::Complex;
 
-/// The largest number of bins on each side of the peak.
-pub const REACH: usize = 16;
 const WIDTH: usize = 2 * REACH + 1;
 
 /// No window: the bins of the plain transform.

@@ -1,9 +1,11 @@
 //! What the length and the kind of a record fix: the tables of its bins and of the fits. A program links the tables of the layouts it names.
 
-use super::bins::REACH;
 use super::fft::twiddle::{self, Packed, sin_cos};
 use crate::acquire::sample::Record;
 use core::f64::consts::{PI, TAU};
+
+/// The largest number of bins on each side of the peak.
+pub const REACH: usize = 16;
 
 /// The length and the kind of a record, with their tables.
 #[derive(Clone, Copy, Debug)]

@@ -1,5 +1,6 @@
 //! From samples to a few complex bins around the strongest line.
 
+pub mod band;
 pub mod bins;
 pub mod engine;
 pub mod fft;

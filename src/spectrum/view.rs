@@ -1,12 +1,12 @@
 //! The bins of a spectrum of any kind, length and engine. What reads bins here is compiled once for all of them.
 
+use super::band::{Band, SKIRT};
 use super::fft;
 #[cfg(feature = "microfft")]
 use super::fft::float;
 use super::fft::integer::{self, Point};
 use super::layout::Layout;
 use super::pairs::{self, Pairs};
-use super::peak::{Band, SKIRT};
 use super::scan::{self, Scan};
 use crate::math::products;
 use core::convert::identity;

@@ -6,10 +6,13 @@
 //! as wide, the fit's mean residual, and in short records the louder half of the residual. Because all must pass, each threshold is relaxed
 //! a little.
 
-use super::detection::{Detector, Relaxation, Spread};
+use super::detector::{Detector, Spread};
 use super::fit::{Fit, Model, take_around};
+use super::noise::louder::{WIDTH, louder};
 use super::noise::ring::LocalNoise;
-use super::observer::{Statistic, Tap, Test};
+use super::observer::Tap;
+use super::statistic::{Statistic, Test};
+use super::threshold::Relaxation;
 use crate::math::scalar::Scalar;
 use crate::spectrum::bins::REACH;
 use crate::spectrum::neighbourhood::Neighbourhood;
@@ -27,35 +30,6 @@ pub(super) fn louder_half(near: &Neighbourhood, fit: &Fit<f32>) -> f32 {
     }
     take_around(layout, &Model::new(fit, peak, near.n as i32), peak, &mut bins);
     louder(&bins, near.iq, near.n, peak)
-}
-
-/// The mean power of the louder half of the residual in the bins around a peak, 3 to 16 away on each side. The ends of a real spectrum may
-/// leave out some of these bins.
-#[inline(never)]
-pub(crate) fn louder(bins: &[Complex<f32>; WIDTH], iq: bool, n: usize, peak: i32) -> f32 {
-    /// With fewer bins the residual decides nothing.
-    const FEWEST: usize = 4;
-    /// Bins 9 to 16 and 3 to 8 below the peak, and above it.
-    const STRETCHES: [(usize, usize); 4] =
-        [(0, REACH - 8), (REACH - 8, REACH - 2), (REACH + 3, REACH + 9), (REACH + 9, WIDTH)];
-    let last = n as i32 / 2 - 1;
-    let room = if iq { [i32::MAX; 2] } else { [peak.wrapping_sub(1), last.wrapping_sub(peak)] };
-    let [below, above] = room.map(|room| room.max(0).min(REACH as i32) as usize);
-    let (first, end) = (REACH - below, REACH + 1 + above);
-    let (mut loudest, mut second) = (0.0, 0.0);
-    for (from, to) in STRETCHES {
-        let bins = bins.get(from.max(first)..to.min(end)).unwrap_or_default();
-        if bins.len() < FEWEST {
-            continue;
-        }
-        let mean = bins.iter().map(Complex::norm_sqr).sum::<f32>() / bins.len() as f32;
-        if mean > loudest {
-            (second, loudest) = (loudest, mean);
-        } else if mean > second {
-            second = mean;
-        }
-    }
-    0.5 * (loudest + second)
 }
 
 impl Detector {
@@ -146,7 +120,6 @@ const LOUDER: f32 = 1.4;
 const RESIDUAL: f32 = 2.6;
 
 /// All bins that a fit reads.
-const WIDTH: usize = 2 * REACH + 1;
 
 impl Spread {
     /// The mean residual of a bin over all groups, with its degrees of freedom.
@@ -155,14 +128,4 @@ impl Spread {
         let bins = nearest + next + last;
         ((all - inside) / bins, EACH * bins)
     }
-}
-
-/// The numbers of bins that are 3 to 4, 5 to 8 and 9 to 16 away, with this many bins to the left and to the right; at least one in each
-/// group.
-#[inline(never)]
-pub(super) fn beside(left: i32, right: i32) -> [f32; 3] {
-    [(3, 4), (5, 8), (9, 16)].map(|(nearest, farthest): (i32, i32)| {
-        let side = |room: i32| (farthest.min(room) - nearest + 1).max(0);
-        (side(left) + side(right)).max(1) as f32
-    })
 }

@@ -3,9 +3,10 @@
 
 use super::FrequencyDrift;
 use super::fit::Fit;
-use super::judge::{FitTest, LineClass, SUSPICIOUS};
+use super::line_class::{FitTest, LineClass, SUSPICIOUS};
 use super::noise::ring::LocalNoise;
-use super::observer::{Statistic, Tap, Test};
+use super::observer::Tap;
+use super::statistic::{Statistic, Test};
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::engine::RESIDUE;
 

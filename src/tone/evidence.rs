@@ -1,6 +1,7 @@
 //! The evidence on a tone beside its fit, and the one function that turns evidence into a verdict.
 
-use super::judge::LineClass;
+use super::line_class::LineClass;
+pub use super::verdict::WHOLE_SPECTRUM;
 use super::verdict::{Reasons, Verdict};
 use crate::tone::sigma::CLIPPED;
 use crate::tone::{FrequencyDrift, Tone};
@@ -17,9 +18,6 @@ pub fn edge_bins(iq: bool, n: usize, bins: f32) -> f32 {
     let end = if iq { n } else { n / 2 };
     from_dc.min(end as f32 - from_dc)
 }
-
-/// A sigma of this many cycles per sample is as wide as the spectrum, and says nothing.
-pub const WHOLE_SPECTRUM: f32 = 1.0;
 
 /// The evidence on a tone beside its fit. A measurement fills in the fields that it knows and leaves the rest as in [`Evidence::CLEAN`];
 /// [`verdict`] alone draws the conclusion.

@@ -19,7 +19,8 @@
 //! stronger one. Its phase and size follow from the other line: with `Y` the bins, `Y[N/2 - k] = +-j cot(w) Y[k]*`. Nearer to a quarter of
 //! the rate the weaker line drowns in noise, and the exchange leaves no trace.
 
-use super::observer::{Statistic, Tap, Test};
+use super::observer::Tap;
+use super::statistic::{Statistic, Test};
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::Data;
 use crate::math::products;
@@ -101,9 +102,6 @@ pub struct Glance {
 }
 
 impl Glance {
-    /// All faults are possible.
-    pub const ALL: Self = Self { others: true, exchanged: true };
-
     /// Looks at the search's sums, and at one bin of a real record whose tone is between an eighth of the rate and three eighths: all in
     /// integers, so that most records end here. Every fault that [`Sight`] would find passes, but for a chance of noise. `unit` is the unit
     /// of the bins, `noise` the power per sample.
@@ -213,7 +211,6 @@ pub fn other_lines(others: f32, fit: &Fit<f32>) -> Test {
 
 /// A record and its tone, as the tests need them.
 #[derive(Clone, Copy)]
-#[expect(missing_debug_implementations, reason = "two of its fields are functions")]
 pub struct Sight<'a> {
     /// Samples of the record.
     pub n: usize,

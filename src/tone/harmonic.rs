@@ -11,12 +11,12 @@
 //! ```
 
 use super::evidence::Evidence;
-use super::frequency::Frequency;
-use super::judge::LineClass;
+use super::line_class::LineClass;
 use super::lines::every_line;
-use super::measure::Options;
+use super::options::Options;
 use super::phasor::ToneWithPhase;
 use crate::acquire::sample::Stamp;
+use crate::frequency::Frequency;
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::peak::Band;
 use crate::spectrum::view::View;

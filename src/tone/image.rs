@@ -1,10 +1,11 @@
 //! The image of an I/Q tone at minus its frequency. A front end makes one if its Q is late, weak
 //! or dead.
 
-use super::detection::{Relaxation, Threshold};
-use super::measure::residual;
 use super::noise::Noise;
-use super::observer::{Statistic, Tap, Test};
+use super::observer::Tap;
+use super::residual::residual;
+use super::statistic::{Statistic, Test};
+use super::threshold::{Relaxation, Threshold};
 use crate::math::products;
 use crate::spectrum::neighbourhood::{Neighbourhood, has_ring};
 use crate::tone::fit::{Fit, Model};
@@ -35,19 +36,6 @@ pub(super) fn mirrored(
         let [re, im] = near.image.get(at).copied().unwrap_or_default();
         (Complex::new(re as f32, im as f32) * unit - model.bin(true, k)).norm_sqr()
     })
-}
-
-/// Whether any bins from which the tone is subtracted hold too strong an image, by the limit of `mirrored`: `rest(k)` is the power of bin
-/// `k` of a record of `n` samples.
-pub fn mirrored_in_rest(
-    n: usize,
-    peak: i32,
-    fit: &Fit<f32>,
-    noise: &Noise,
-    observer: impl Tap,
-    rest: impl Fn(i32) -> f32,
-) -> bool {
-    Least::new(n, peak, fit).is_some_and(|least| least.is_exceeded(n, fit, noise, observer, rest))
 }
 
 /// Half-way between two bins a line loses 3.9 dB.

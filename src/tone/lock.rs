@@ -5,10 +5,10 @@
 //! is strong enough for a detection at one known frequency, has not faded, and leaves no more than noise. The noise is an average over the
 //! blocks, with the weight 1/16 for the last one.
 
-use super::detection::HOLD;
-use super::frequency::Frequency;
+use super::threshold::HOLD;
 use super::zoomed::{self, Found, Place};
 use super::{noise::ratio, zoomed::noise};
+use crate::frequency::Frequency;
 use crate::math::scalar::Scalar;
 use crate::spectrum::layout::Layout;
 use crate::spectrum::zoom::{Oscillator, Zoom};

@@ -22,48 +22,31 @@ mod unusual;
 use super::arithmetic::Arithmetic;
 use super::clipped::CensoredFit;
 use super::clipped::part::Part;
-use super::detection::{Threshold, stands_out};
-use super::effort::Effort;
+use super::detection::stands_out;
 use super::evidence::{EDGE_BINS, Evidence, edge_bins};
 use super::fit::leaked::{Leakage, Nearest};
-use super::fit::{self, Fit, FitNear, FitStart, Reach};
-use super::frequency::Frequency;
+use super::fit::{self, Fit, FitNear, FitStart};
 use super::front_end::has_fault;
 use super::image::mirrored;
-use super::judge::{FitTest, LineClass, judge};
+use super::judge::judge;
+use super::line_class::{FitTest, LineClass};
 use super::noise::ring::{self, LocalNoise};
 use super::noise::{Noise, ratio};
-use super::observer::{Observer, Statistic, Step, Tap, Test};
+use super::observer::{Step, Tap};
+use super::options::Options;
+use super::residual::{excess_limit, excess_over, expected};
 use super::sigma::{CLIPPED, sigma_bins, with_rounding};
+use super::statistic::{Statistic, Test};
 use super::{FrequencyDrift, Reasons, Tone};
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Data, Stamp};
 use crate::carrier::Width;
-use crate::math::scalar::Scalar;
-use crate::methods::registry::Method;
-use crate::plan::Terms;
-use crate::spectrum::engine::RESIDUE;
+use crate::frequency::Frequency;
+use crate::math::scalar::Scalar as _;
 use crate::spectrum::layout::Layout;
 use crate::spectrum::neighbourhood::{Neighbourhood, Places};
 use crate::spectrum::peak::Peak;
 use crate::spectrum::view::View;
-
-/// The parameters of a tone's measurement beside the data.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
-    /// The method of estimation.
-    pub method: Method,
-    /// The number of bins on each side that least squares reads.
-    pub reach: Reach,
-    /// The arithmetic of least squares.
-    pub arithmetic: Arithmetic,
-    /// The detection threshold.
-    pub threshold: Threshold,
-    /// The effort spent on a line that is not a steady tone.
-    pub effort: Effort,
-    /// The effect of the carrier's own width.
-    pub width: Width,
-}
 
 /// Measures the tone at `peak`, in a record of which `clipped` samples touch a rail of `codes`.
 ///
@@ -91,56 +74,12 @@ pub fn measure(
 }
 
 /// No tone.
-const NO_TONE: (Tone, Evidence) = (Tone::ZERO, Evidence::NO_TONE);
-
-/// A block whose samples are transformed: what the measurement reads.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Block<'a> {
-    /// The samples.
-    pub data: Data<'a>,
-    /// The fit for this kind of record.
-    pub fit_near: FitNear,
-    /// Samples that touch a rail.
-    pub clipped: u32,
-    /// The strongest line of the band, if there is one.
-    pub peak: Option<Peak>,
-    /// Where and when the block was taken.
-    pub stamp: &'a Stamp,
-    /// The plan.
-    pub terms: &'a Terms,
-}
-
-impl Block<'_> {
-    /// Measures the block, and leaves the verdict to the caller: returns the tone, so far good, and the evidence.
-    pub fn measured(&self, view: &View) -> (Tone, Evidence) {
-        self.measured_by(view, ())
-    }
-
-    /// [`Block::measured`] with every test reported to `observer`.
-    pub fn explained(&self, view: &View, observer: &dyn Observer) -> (Tone, Evidence) {
-        self.measured_by(view, observer)
-    }
-
-    #[inline(always)]
-    fn measured_by(&self, view: &View, observer: impl Tap) -> (Tone, Evidence) {
-        let &Self { data, fit_near, clipped, ref peak, stamp, terms } = self;
-        let &Terms { codes, band, rate_hz, ref options, .. } = terms;
-        let (mut tone, mut evidence) = match peak {
-            Some(peak) => {
-                weigh(view, fit_near, data, peak, codes, clipped, stamp, options, observer)
-            }
-            None => NO_TONE,
-        };
-        evidence.outside = evidence.found && tone.is_outside(band, view.layout.n);
-        tone.rate_hz = rate_hz;
-        (tone, evidence)
-    }
-}
+pub(crate) const NO_TONE: (Tone, Evidence) = (Tone::ZERO, Evidence::NO_TONE);
 
 /// Measures as [`measure`] does, and leaves the verdict to a caller with more evidence: returns the tone, so far good, and the evidence.
 #[expect(clippy::too_many_arguments, reason = "one more than measure, for who listens")]
 #[inline(never)] // one for those who listen, one for those who do not
-fn weigh(
+pub(crate) fn weigh(
     view: &View,
     fit_near: FitNear,
     data: Data,
@@ -353,40 +292,4 @@ fn edge_bins_at(iq: bool, n: usize, peak: i32, offset: f32) -> f32 {
         return f32::INFINITY;
     }
     edge_bins(iq, n, peak as f32 + offset)
-}
-
-/// The noise power per sample in a fit's own residual.
-pub fn residual<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
-    fit.residual / expected(fit, n)
-}
-
-/// The residual in a fit's bins for noise of power 1 per sample: half the degrees of freedom times the power of a bin, `n`.
-pub(super) fn expected<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
-    T::from_i32((n as i32 / 2).wrapping_mul(fit.dof.max(1) as i32))
-}
-
-/// The ratio of the residual to the noise power in a record of `n` samples, if less than one record in 10^6 reaches this ratio by chance;
-/// otherwise 1. Above 1 the line is not a single tone: another is near, or its frequency moves.
-///
-/// The ratio of two noise estimates follows Fisher's distribution; its cube root is nearly normal
-/// (Wilson and Hilferty 1931). The integer FFT itself leaves a share of the line.
-pub fn excess_over<T: Scalar>(fit: &Fit<T>, n: usize, noise: Noise) -> T {
-    let expected = T::new(noise.power.into()) * expected(fit, n);
-    // No fit has enough degrees of freedom to make twice the noise improbable.
-    if fit.residual <= expected + expected {
-        return T::one();
-    }
-    let rest = fit.residual - T::new(RESIDUE) * fit.line.norm_sqr();
-    let ratio = rest / expected;
-    if ratio > T::new(excess_limit(fit.dof, noise).into()) { ratio } else { T::one() }
-}
-
-/// The ratio of a residual with these degrees of freedom to the noise power, exceeded by chance in one record of 10^6.
-pub fn excess_limit(dof: u32, noise: Noise) -> f32 {
-    /// A normal distribution exceeds this limit once in 3.5 million times; the cube root, whose tail is a little heavier, once in 10^6.
-    const DEVIATIONS: f32 = 5.0;
-    let dof = dof.max(1) as f32;
-    let deviation = (2.0 / 9.0 * (1.0 / dof + 1.0 / noise.dof)).root();
-    let root = 1.0 + DEVIATIONS * deviation;
-    root * root * root
 }

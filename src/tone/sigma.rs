@@ -1,6 +1,6 @@
 //! Standard deviations of a frequency.
 
-use super::frequency::Frequency;
+use crate::frequency::Frequency;
 use crate::math::scalar::Scalar;
 use crate::tone::fit::Fit;
 

@@ -1,6 +1,7 @@
 //! The reasons against a number, and the uses that the number still has.
 
-use super::evidence::WHOLE_SPECTRUM;
+/// A sigma of this many cycles per sample is as wide as the spectrum, and says nothing.
+pub const WHOLE_SPECTRUM: f32 = 1.0;
 
 macro_rules! verdicts {
     ($($(#[$about:meta])* $number:literal $variant:ident $name:literal $usable:ident $bit:literal, $reason:literal;)*) => {

@@ -4,7 +4,7 @@ use super::several::longest_block;
 use super::*;
 use picket_dsp::accumulate::Accumulator;
 use picket_dsp::acquire::burst::Trigger;
-use picket_dsp::burst::BurstProcessor;
+use picket_dsp::pipeline::BurstProcessor;
 use picket_firmware::nucleo_f446re::words::sampling::BLOCK_CYCLES;
 use picket_firmware::nucleo_f446re::words::{ADD_CYCLES, BURST_CYCLES, SUM_CYCLES};
 use picket_host::device::Listener;

@@ -4,7 +4,7 @@ use picket_dsp::burst::Burst;
 use picket_dsp::solve::track::Track;
 use picket_dsp::tone::evidence::Evidence;
 use picket_dsp::tone::harmonic::Harmonic;
-use picket_dsp::tone::judge::LineClass;
+use picket_dsp::tone::line_class::LineClass;
 use picket_dsp::tone::observer::Step;
 use picket_dsp::{
     Accumulated, Ambiguity, Measurement, Outcome, Target, Tone, ToneWithPhase, Unjudged,

@@ -11,10 +11,10 @@
 //! contains nothing of the tone and hardly anything of its harmonics, even with soft limiting. White noise of power P has the power
 //! `P (2 + 4 cos^2(2 pi rest))` there. Terms with a sample at a rail are left out.
 
-use super::super::frequency::Frequency;
 use super::super::noise::ROUNDING;
 use super::part::Part;
 use crate::acquire::codes::{Between, Codes};
+use crate::frequency::Frequency;
 use crate::tone::fit::fixed::square;
 use heapless::Vec;
 

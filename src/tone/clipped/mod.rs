@@ -29,10 +29,10 @@ pub mod lag;
 pub(super) mod part;
 mod turn;
 
-use super::frequency::Frequency;
 use super::within;
 use crate::acquire::codes::{Between, Codes};
 use crate::acquire::sample::Data;
+use crate::frequency::Frequency;
 use crate::math::scalar::Scalar;
 use crate::tone::fit::Fit;
 use crate::tone::fit::fixed::quantised;

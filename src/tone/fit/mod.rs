@@ -356,7 +356,7 @@ pub(crate) fn fit_beside_slow(
         let Complex { re, im } = view.bin(k);
         (Complex::new(re as f32, im as f32) * unit - model.bin(false, k)).norm_sqr()
     });
-    if !slow::may_explain(slow, fit.residual - super::measure::expected(fit, n) * noise) {
+    if !slow::may_explain(slow, fit.residual - super::residual::expected(fit, n) * noise) {
         return None;
     }
     let bins = near.within(reach.bins());

@@ -5,8 +5,8 @@
 //! its floor by the largest factor, if the factor is beyond the threshold for the floor's degrees of freedom. Between two searches only the
 //! blocks that a new tone has changed are read again.
 
-use super::super::detection::Relaxation;
 use super::super::noise::rounding;
+use super::super::threshold::Relaxation;
 use super::leak::{CHUNK, bent};
 use super::{BESIDE, DRIFT, Hunt};
 use crate::spectrum::fft::integer::Point;

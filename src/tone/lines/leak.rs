@@ -3,7 +3,7 @@
 //! With c a tone's line and d its offset, half the second difference around a bin x bins from the tone is `c sin(pi d) / (pi x (x^2 - 1))`,
 //! which falls by 18 dB an octave (see [`super::super::noise::ring`]). So a tone reaches at most [`LEAKS`] bins, and a weak tone fewer.
 
-use super::super::noise::ring::{EACH, Stretch};
+use super::super::noise::own::{EACH, Stretch};
 use super::rest::Found;
 use super::{Hunt, ROOM};
 use crate::list::first;

@@ -25,9 +25,9 @@ mod report;
 mod rest;
 
 use super::evidence::Evidence;
-use super::judge::FitTest;
-use super::measure::Options;
+use super::line_class::FitTest;
 use super::noise::ring::LocalNoise;
+use super::options::Options;
 use super::phasor::ToneWithPhase;
 use crate::acquire::sample::Stamp;
 use crate::list::{first, remove};

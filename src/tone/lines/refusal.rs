@@ -1,9 +1,9 @@
 //! The rules by which a line is not a target of its own.
 
-use super::super::detection::Relaxation;
-use super::super::detection::Spread;
-use super::super::judge::LineClass;
+use super::super::detector::Spread;
+use super::super::line_class::LineClass;
 use super::super::noise::ring::LocalNoise;
+use super::super::threshold::Relaxation;
 use super::Hunt;
 use super::rest::Found;
 use crate::tone::sigma::CLIPPED;

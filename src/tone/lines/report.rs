@@ -1,10 +1,12 @@
 //! From a line to a tone with sigma, phase and verdict.
 
 use super::super::evidence::Evidence;
-use super::super::judge::{FitTest, LineClass, from_end, judge};
-use super::super::measure::{self, Options};
+use super::super::judge::{from_end, judge};
+use super::super::line_class::{FitTest, LineClass};
+use super::super::measure;
 use super::super::noise::ring::{self, LocalNoise};
 use super::super::noise::whole;
+use super::super::options::Options;
 use super::super::phasor::{ToneWithPhase, phase};
 use super::fit::Window;
 use super::rest::Found;

@@ -1,7 +1,6 @@
 //! The paths of a measurement that a usual block does not take: an edge of the noise, a line that is not a steady tone, a record that clips,
 //! another method than least squares.
 
-use super::{Options, residual};
 use crate::math::scalar::Scalar as _;
 use crate::methods::registry::Method;
 use crate::model::block;
@@ -11,10 +10,12 @@ use crate::tone::clipped::CensoredFit;
 use crate::tone::close_judgement::chosen;
 use crate::tone::fit::leaked::{Leakage, Nearest};
 use crate::tone::fit::{self, Fit, FitNear, FitStart};
-use crate::tone::judge::{FitTest, LineClass};
+use crate::tone::line_class::{FitTest, LineClass};
 use crate::tone::noise::ratio;
 use crate::tone::noise::ring::LocalNoise;
 use crate::tone::observer::{Step, Tap};
+use crate::tone::options::Options;
+use crate::tone::residual::residual;
 use crate::tone::sigma::{self, bound_bins};
 
 /// The noise at an edge: the residual of the fit from five bins off, see [`LocalNoise::on_an_edge`], or the quieter side's noise if a line

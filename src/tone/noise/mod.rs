@@ -3,10 +3,12 @@
 //! - [`ring`]: beside the tone, in records that are long enough.
 //! - [`whole`], [`whole_fixed`]: in bins all over the spectrum, for shorter records.
 
-mod own;
+pub(crate) mod louder;
+pub(crate) mod own;
+mod power;
 pub mod ring;
 pub mod whole;
 pub mod whole_fixed;
 
-pub use ring::{Noise, ratio};
-pub(crate) use ring::{ROUNDING, rounding};
+pub use power::{Noise, ratio};
+pub(crate) use power::{ROUNDING, rounding};

@@ -4,13 +4,20 @@
 //! see [`super::ring`]. Near DC the mirror image of a real tone has the conjugate of this share at minus the tone's frequency, near Nyquist
 //! the negative conjugate at the rate less the tone's frequency.
 
-use super::ring::{STEP, Stretch};
 use crate::math::scalar::{Scalar as _, inverses};
 use crate::math::series::line_shape;
 use crate::spectrum::fft::integer::Point;
+use crate::spectrum::neighbourhood::GROUP;
 use crate::tone::fit::Fit;
 use crate::tone::fit::fixed::{product, quantised, square, tail};
 use num_complex::Complex;
+
+/// Differences in a stretch, and bins from one stretch to the next.
+pub(crate) const STEP: usize = GROUP;
+pub(crate) const EACH: usize = STEP / 2;
+
+/// The differences of a stretch, in stored units.
+pub(crate) type Stretch = [[f32; 2]; EACH];
 
 /// A tone's own share of the second differences.
 pub(super) struct Own {

@@ -22,47 +22,18 @@
 //! `own` evaluates the left side of the equation less the tone's share on the right, in floats or in integers, and sums its squares over a
 //! stretch; near an end of a real spectrum the share of the mirror image is subtracted, too.
 
-use super::own::{Own, Whole};
+use super::own::{Own, STEP, Stretch, Whole};
+use super::power::{Noise, rounding};
 use super::{whole, whole_fixed};
 use crate::math::scalar::Scalar;
 use crate::spectrum::fft::integer::Point;
-use crate::spectrum::neighbourhood::{
-    GROUP, GROUPS, GUARD, LENT, Neighbourhood, groups, has_ring, room,
-};
+use crate::spectrum::neighbourhood::{GROUPS, GUARD, LENT, Neighbourhood, has_ring, room};
 use crate::spectrum::view::View;
 use crate::tone::arithmetic::Arithmetic;
 use crate::tone::fit::Fit;
-use crate::tone::observer::{Statistic, Test};
+use crate::tone::statistic::{Statistic, Test};
 use core::mem::MaybeUninit;
 use core::ops::Range;
-
-/// The least noise of a converter: its own rounding, one twelfth of a squared code for each part.
-pub(crate) const ROUNDING: f64 = 1.0 / 12.0;
-
-/// A noise power and its accuracy.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Noise {
-    /// Power per sample (I/Q: of both parts together) in squared codes, not below the converter's
-    /// rounding.
-    pub power: f32,
-    /// Degrees of freedom: the relative variance of the power is two over this number.
-    pub dof: f32,
-}
-
-/// The rounding of a record's samples.
-pub(crate) const fn rounding(iq: bool) -> f32 {
-    ROUNDING as f32 * if iq { 2.0 } else { 1.0 }
-}
-
-/// The signal-to-noise ratio per sample of a squared amplitude over a noise power. The noise
-/// within the fitted amplitude is subtracted. Not negative.
-#[inline(always)] // where the size is known at compile time, nothing is divided
-pub fn ratio<T: Scalar>(iq: bool, n: usize, amplitude_squared: T, power: T) -> T {
-    let ratio = amplitude_squared / power;
-    let share = T::from_i32(n.max(1) as i32).recip();
-    let ratio = if iq { ratio - share } else { ratio * T::new(0.5) - T::new(2.0) * share };
-    ratio.max(T::zero())
-}
 
 /// The noise beside a tone.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,13 +50,6 @@ pub struct LocalNoise {
 
 /// Bins from the tone to the middle of the first difference.
 pub(crate) const FIRST: i32 = GUARD;
-
-/// Differences in a stretch, and bins from one stretch to the next.
-pub(crate) const STEP: usize = GROUP;
-pub(crate) const EACH: usize = STEP / 2;
-
-/// The differences of a stretch, in stored units.
-pub(crate) type Stretch = [[f32; 2]; EACH];
 
 /// Stretches on each side. If an end of the spectrum cuts one side short, the other takes at most two more: the noise farther away is
 /// different.
@@ -169,21 +133,6 @@ fn sides<'a>(near: &Neighbourhood<'a>) -> [(&'a [Point], i32); 2] {
 pub(crate) fn from_power(power: f32, dof: f32) -> LocalNoise {
     let noise = Noise { power, dof };
     LocalNoise { noise, loud: power, range: [power; 2], sides: [Side::default(); 2] }
-}
-
-/// The noise beside a tone, from any bins from which the tone is already subtracted. `rest(k)` is `|(X[k-1] + X[k+1]) / 2 - X[k]|^2` for a
-/// record of `n` samples. The noise is at least the smallest normal float.
-pub fn from_rest(n: usize, iq: bool, peak: i32, rest: impl Fn(i32) -> f32) -> LocalNoise {
-    let [left, right] = groups(n, iq, peak);
-    let side = |towards: i32, count: usize| {
-        let mut side = Side::default();
-        for index in 0..count {
-            let first = FIRST + (STEP * index) as i32;
-            side.add((0..EACH as i32).map(|i| rest(peak + towards * (first + 2 * i))).sum());
-        }
-        side
-    };
-    from_sides([side(-1, left), side(1, right)], 1.0 / (6.0 * n.max(1) as f32), f32::MIN_POSITIVE)
 }
 
 /// The noise in a ring nearly twice as wide as the ring of `beside`. A peak that is hardly stronger than the noise must exceed this one,

@@ -17,7 +17,7 @@
 //!
 //! Records of 256 samples and more (I/Q: 128) take the noise beside the tone instead, see [`super::ring`].
 
-use super::ROUNDING;
+use super::power::ROUNDING;
 use crate::math::series::circle;
 use crate::spectrum::neighbourhood::Neighbourhood;
 use crate::tone::fit::Fit;

@@ -2,7 +2,7 @@
 //!
 //! Angles turn in Q30, weights are in Q29, bins as in [`crate::tone::fit::fixed`].
 
-use super::ROUNDING;
+use super::power::ROUNDING;
 use crate::math::scalar::Scalar;
 use crate::math::series::circle;
 use crate::spectrum::neighbourhood::Neighbourhood;

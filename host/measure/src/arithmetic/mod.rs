@@ -14,8 +14,9 @@ use picket_dsp::acquire::sample::Record;
 use picket_dsp::config::Config;
 use picket_dsp::methods::registry::Method;
 use picket_dsp::plan::Terms;
+use picket_dsp::tone::arithmetic;
+use picket_dsp::tone::options::Options;
 use picket_dsp::tone::{Verdict, Verdicts};
-use picket_dsp::tone::{arithmetic, measure};
 use picket_transform::num_complex::Complex;
 use std::fmt::Debug;
 use target::Target;
@@ -149,7 +150,7 @@ fn build(
     plan: Terms,
 ) -> Result<Box<dyn Engine>, String> {
     length::check(n)?;
-    let options = measure::Options { arithmetic: arithmetic.of_library(), ..plan.options };
+    let options = Options { arithmetic: arithmetic.of_library(), ..plan.options };
     let plan = Terms { options, ..plan };
     with_record!(iq, n, R, N => Target::<R, N>::boxed(plan))
 }

@@ -16,7 +16,7 @@ use picket_dsp::tone::Tone;
 use picket_dsp::tone::arithmetic::Arithmetic;
 use picket_dsp::tone::evidence::Evidence;
 use picket_dsp::tone::fit::{FitStart, fit_near};
-use picket_dsp::tone::measure::Options;
+use picket_dsp::tone::options::Options;
 use picket_transform::num_complex::Complex;
 
 /// An engine for `N` samples, a length of the integer FFT.

@@ -7,7 +7,7 @@ use picket_dsp::model::Answer;
 use picket_dsp::tone::Verdict;
 use picket_dsp::tone::evidence::{EDGE_BINS, Evidence, WHOLE_SPECTRUM};
 use picket_dsp::tone::fit::Fit;
-use picket_dsp::tone::judge::{FitTest, LineClass};
+use picket_dsp::tone::line_class::{FitTest, LineClass};
 use picket_dsp::tone::observer::{Observer, Step, Test};
 use picket_dsp::tone::sigma::CLIPPED;
 use std::cell::{Cell, RefCell};

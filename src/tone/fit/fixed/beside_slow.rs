@@ -4,8 +4,9 @@
 //! Line and rest lie along `j exp(j t)`, the parabola along `exp(j t)`, with `t = pi k / N`.
 
 use super::equations::Place;
-use super::real::{Peak, Side, cosine, limit, read, sinc, sums};
+use super::real::{Peak, Side, limit, read, sums};
 use super::scaled::Scaled;
+use super::trigonometry::{cosine, sinc};
 use super::{ONE, ROOM, add, held, nearest, product, shifted, times};
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::bins::REACH;

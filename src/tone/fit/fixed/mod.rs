@@ -14,6 +14,7 @@ mod near;
 mod real;
 pub(crate) mod scaled;
 mod tail;
+mod trigonometry;
 
 use super::Fit;
 use crate::math::scalar::Scalar as _;

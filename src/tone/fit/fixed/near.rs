@@ -1,7 +1,7 @@
 //! The sums of [`super::super::rest`] in integers of 16 bits, whose products are one instruction
 //! on every core.
 
-use super::real::{cosine, sinc};
+use super::trigonometry::{cosine, sinc};
 use super::{inverse, nearest, shifted, square, zeros};
 use crate::math::scalar::Scalar as _;
 use crate::tone::fit::rest::{NEAR, Rest};
