@@ -11,14 +11,12 @@ use picket_dsp::pipeline::Measurement;
 use picket_dsp::solve::equations::Chirp;
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::{Tone, Verdict};
+use picket_simulator::Draw;
 use picket_wire::boot::{Boot, Clock};
 use picket_wire::command::{Answer, Command as Order, Request};
 use picket_wire::frame::Reader;
 use picket_wire::settings::{Calibration, Drive, Mode, Settings};
 use picket_wire::telemetry::{Health, Telemetry};
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 use std::io::{Read, Write};
 use std::process::{Command, Output};
 use std::sync::mpsc;
@@ -61,12 +59,11 @@ impl Bench {
     }
 
     fn records(&self) -> Vec<u8> {
-        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+        let mut draw = Draw::new(self.seed, 0);
         let cycles = REFERENCE / (RATE * (1.0 + 1e-6 * self.true_ppm));
         let mut bytes = Vec::new();
         for sequence in 0..self.records {
-            let normal: f64 = StandardNormal.sample(&mut rng);
-            let read = cycles + self.scatter * f64::from(SIGMA) * normal;
+            let read = cycles + self.scatter * f64::from(SIGMA) * draw.normal();
             let tone = Tone {
                 frequency: Frequency(I0F32::from_num(read)),
                 sigma: SIGMA,

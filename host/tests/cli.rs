@@ -1,6 +1,7 @@
 //! Bad input through the real programs: one line on stderr that says what to do, exit code 2, nothing on stdout.
 
 pub use crate::program::{file, fresh, lines, refused, run};
+use picket_simulator::scene::{Converter, Scene, Source, Tone};
 use std::fs;
 
 pub const ANALYZE: &str = "analyze";
@@ -10,6 +11,40 @@ pub fn seed(own: u64) -> u64 {
     let seed = std::env::var("PICKET_TYPED_SEED").map_or(own, |text| text.parse().unwrap());
     println!("PICKET_TYPED_SEED={seed}");
     seed
+}
+
+/// A scene's recording, a WAV file of 16 bits.
+pub fn recorded(name: &str, scene: &Scene) -> String {
+    let channels = if scene.receiver.iq { 2 } else { 1 };
+    let spec = hound::WavSpec { sample_rate: scene.rate_hz as u32, ..self::spec(channels, 16) };
+    let converter = Converter { bits: 16, ..scene.converter.clone() };
+    let scene = Scene { converter, ..scene.clone() };
+    let path = file(name, &[]);
+    let mut writer = hound::WavWriter::create(&path, spec).unwrap();
+    for codes in scene.codes(0).unwrap() {
+        for code in codes.into_iter().take(channels.into()) {
+            writer.write_sample(code).unwrap();
+        }
+    }
+    writer.finalize().unwrap();
+    path
+}
+
+/// Tones of so many Hz, codes and turns at the first sample, in noise of so many codes, at 48 kHz.
+pub fn tones(samples: usize, tones: &[(f64, f64, f64)], noise: f64) -> Scene {
+    let source = |&(hertz, codes, turns): &(f64, f64, f64)| {
+        Source::Tone(Tone {
+            frequency_hz: hertz.into(),
+            amplitude: Some(codes.into()),
+            phase_turns: turns.into(),
+            ..Tone::default()
+        })
+    };
+    let sources = tones.iter().map(source).collect();
+    let seconds = samples as f64 / 48e3;
+    let mut scene = Scene { rate_hz: 48e3, seconds, sources, ..Scene::default() };
+    scene.receiver.noise.rms = Some(noise.into());
+    scene
 }
 
 pub fn wav(name: &str, spec: hound::WavSpec, frames: usize) -> String {

@@ -2,15 +2,12 @@
 
 use crate::cli::{lines, refused};
 use picket_dsp::acquire::sample::{Real, Stamp};
-use picket_dsp::{Codes, Config, Mixing, Pipeline};
-use picket_simulator::{Receiver, Sensor, Target};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use rand_distr::StandardNormal;
+use picket_dsp::{Codes, Config, Pipeline};
+use picket_simulator::Scene;
 
 const DESIGN: &str = "design";
 
-/// Sigma, resolution and span of a radar of 24.125 GHz: 400 records of a target at 3.1 m/s have the error that is told. Seed 7.
+/// Sigma, resolution and span of a radar of 24.125 GHz: 400 records of a target at 3.1 m/s have the error that is told.
 #[test]
 fn sigma_is_the_error_of_simulated_records() {
     let told = lines(
@@ -18,16 +15,18 @@ fn sigma_is_the_error_of_simulated_records() {
         &["--carrier-hz", "24.125G", "--rate", "10k", "--n", "1024", "--snr-db", "10", "--json"],
     );
     let number = |key: &str| told[0][key].as_f64().unwrap();
-    let mut rng = ChaCha8Rng::seed_from_u64(7);
-    let receiver = Receiver::ideal(10e3, false, Mixing::RxConjTx).with_snr(900.0, 10.0);
-    let sensor = Sensor::continuous(24.125e9, receiver, 1024);
+    let scene = Scene::from_json(
+        r#"{"seed": 7, "rate_hz": 10000, "seconds": 0.1024, "waveform": {"carrier_hz": 24.125e9},
+            "sources": [{"target": {"range_m": 20, "velocity_mps": 3.1, "amplitude": 900}}],
+            "receiver": {"mixing": "rx-conj-tx", "noise": {"snr_db": 10}}}"#,
+    );
+    let scene = scene.unwrap();
     let config = Config::new(10e3, Codes::signed::<12>());
     let mut pipeline = Box::new(Pipeline::<Real, 1024>::new(config.plan().unwrap()));
     let mut squares = 0.0;
-    for _ in 0..400 {
-        let target = Target::moving(900.0, 20.0, 3.1).turned(rng.random());
-        let record = sensor.record(&[target], (0, 0), || rng.sample(StandardNormal));
-        let samples: Vec<i16> = record.into_iter().map(|[re, _]| re).collect();
+    for trial in 0..400 {
+        let codes = scene.codes(trial).unwrap();
+        let samples: Vec<i16> = codes.into_iter().map(|[code, _]| code).collect();
         let block = samples.as_slice().try_into().unwrap();
         let tone = pipeline.block(&Stamp::default(), block).tone;
         let velocity = tone.hertz() * number("resolution_mps") / number("bin_hz");

@@ -1,43 +1,29 @@
 //! `picket explain FILE --block K`: it tells the verdict of `picket analyze`, and names the test that led to it.
 
-use crate::cli::{ANALYZE, file, fresh, lines, refused, run};
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
+use crate::cli::{ANALYZE, file, fresh, lines, recorded, refused, run};
+use picket_simulator::Scene;
 use serde_json::Value;
-use std::f64::consts::TAU;
 use std::fs;
 
 const EXPLAIN: &str = "explain";
 const N: usize = 1024;
 const BLOCKS: usize = 3;
-const RATE_HZ: u32 = 48_000;
-const SEED: u64 = 39;
 
 /// A recording, its verdict, and the tests that must have fired.
 struct Case {
     name: &'static str,
     iq: bool,
-    /// I and Q of the sample at this time in blocks, in codes.
-    clean: fn(f64) -> [f64; 2],
-    /// The noise of each part, in codes.
-    noise: f64,
+    /// Sources and receiver; a bin is 46.875 Hz.
+    scene: &'static str,
     verdict: &'static str,
     fired: &'static [&'static str],
-}
-
-/// A tone's parts at this many cycles.
-fn turned(amplitude: f64, cycles: f64) -> [f64; 2] {
-    let (sin, cos) = (TAU * cycles).sin_cos();
-    [amplitude * cos, amplitude * sin]
 }
 
 const CASES: [Case; 6] = [
     Case {
         name: "good",
         iq: false,
-        clean: |t| turned(9000.0, 100.3 * t),
-        noise: 90.0,
+        scene: r#""sources": [{"tone": {"frequency_hz": 4701.5, "amplitude": 9000}}], "receiver": {"noise": {"rms": 90}}"#,
         verdict: "good",
         fired: &[],
     },
@@ -45,44 +31,38 @@ const CASES: [Case; 6] = [
         // Its frequency rises by a bin in every block.
         name: "moving",
         iq: false,
-        clean: |t| turned(9000.0, 100.3 * t + 0.5 * t.fract() * t.fract()),
-        noise: 90.0,
+        scene: r#""sources": [{"tone": {"frequency_hz": 4701.5, "amplitude": 9000, "changes": [{"chirp": {"hz_per_s": 2197}}]}}],
+            "receiver": {"noise": {"rms": 90}}"#,
         verdict: "moving",
         fired: &["moves", "steady"],
     },
     Case {
         name: "two",
         iq: false,
-        clean: |t| {
-            let [a, b] = [turned(9000.0, 100.3 * t), turned(6000.0, 102.1 * t + 0.2)];
-            [a[0] + b[0], 0.0]
-        },
-        noise: 90.0,
+        scene: r#""sources": [{"tone": {"frequency_hz": 4701.5, "amplitude": 9000}}, {"tone": {"frequency_hz": 4785.9, "amplitude": 6000}}],
+            "receiver": {"noise": {"rms": 90}}"#,
         verdict: "unresolved",
         fired: &["unexplained-8", "share", "alone"],
     },
     Case {
-        // Q is dead.
         name: "image",
         iq: true,
-        clean: |t| [turned(9000.0, 100.3 * t)[0], 0.0],
-        noise: 90.0,
+        scene: r#""sources": [{"tone": {"frequency_hz": 4701.5, "amplitude": 9000}}],
+            "receiver": {"iq": true, "dead": 1, "noise": {"rms": 90}}"#,
         verdict: "image",
         fired: &["image-share", "image-noise", "image"],
     },
     Case {
         name: "clipped",
         iq: false,
-        clean: |t| turned(34_000.0, 100.3 * t),
-        noise: 90.0,
+        scene: r#""sources": [{"tone": {"frequency_hz": 4701.5, "amplitude": 34000}}], "receiver": {"noise": {"rms": 90}}"#,
         verdict: "clipped",
         fired: &["clipped"],
     },
     Case {
         name: "noise",
         iq: false,
-        clean: |_| [0.0; 2],
-        noise: 900.0,
+        scene: r#""receiver": {"noise": {"rms": 900}}"#,
         verdict: "weak",
         fired: &["floor", "detection"],
     },
@@ -90,25 +70,8 @@ const CASES: [Case; 6] = [
 
 /// The case's recording, in a file of this test's own.
 fn recording(case: &Case, test: &str) -> String {
-    let spec = hound::WavSpec {
-        channels: if case.iq { 2 } else { 1 },
-        sample_rate: RATE_HZ,
-        bits_per_sample: 16,
-        sample_format: hound::SampleFormat::Int,
-    };
-    let path = file(&format!("explain-{test}-{}.wav", case.name), &[]);
-    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
-    let mut writer = hound::WavWriter::create(&path, spec).unwrap();
-    for n in 0..BLOCKS * N {
-        let parts = (case.clean)(n as f64 / N as f64);
-        for clean in parts.into_iter().take(spec.channels.into()) {
-            let normal: f64 = StandardNormal.sample(&mut rng);
-            // A cast saturates, as a converter does.
-            writer.write_sample((clean + case.noise * normal).round() as i16).unwrap();
-        }
-    }
-    writer.finalize().unwrap();
-    path
+    let json = format!(r#"{{"rate_hz": 48000, "seconds": 0.064, {}}}"#, case.scene);
+    recorded(&format!("explain-{test}-{}.wav", case.name), &Scene::from_json(&json).unwrap())
 }
 
 fn strings<'a>(value: &'a Value, key: &str) -> Vec<&'a str> {
@@ -118,7 +81,6 @@ fn strings<'a>(value: &'a Value, key: &str) -> Vec<&'a str> {
 
 #[test]
 fn the_verdict_is_that_of_the_analysis_and_the_test_behind_it_is_named() {
-    println!("seed {SEED}");
     for case in &CASES {
         let path = recording(case, "verdict");
         for arithmetic in ["target", "target-fixed"] {

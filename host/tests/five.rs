@@ -3,8 +3,7 @@
 
 use crate::cli::seed;
 use crate::sixty::{Outcome, folder, outcome};
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use picket_simulator::Draw;
 
 /// Recordings of each.
 const DRAWN: usize = 4;
@@ -12,9 +11,9 @@ const DRAWN: usize = 4;
 /// None is wrong; gives how many are right.
 fn right(kind: &str, snr_db: Option<f64>) -> usize {
     let folder = folder(&format!("five-{kind}"));
-    let mut rng = ChaCha8Rng::seed_from_u64(seed(45));
+    let mut draw = Draw::new(seed(45), 0);
     let outcomes: Vec<Outcome> =
-        (0..DRAWN).map(|index| outcome(&folder, index, kind, snr_db, &mut rng)).collect();
+        (0..DRAWN).map(|index| outcome(&folder, index, kind, snr_db, &mut draw)).collect();
     println!("{kind}: {outcomes:?}");
     assert!(!outcomes.contains(&Outcome::Wrong), "{kind}: {outcomes:?}");
     outcomes.iter().filter(|&&outcome| outcome == Outcome::Right).count()

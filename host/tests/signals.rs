@@ -1,10 +1,7 @@
 //! `picket analyze FILE --burst` and `--accumulate M`: particles in a flow, and an echo below the noise.
 
-use crate::cli::{ANALYZE, file, lines, refused, seed};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
-use std::f64::consts::TAU;
+use crate::cli::{ANALYZE, lines, recorded, refused, seed};
+use picket_simulator::Scene;
 
 const RATE_HZ: f64 = 200_000.0;
 
@@ -14,50 +11,31 @@ fn printed(arguments: &[&str]) -> [String; 2] {
     [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap())
 }
 
-fn recording(name: &str, samples: &[f64]) -> String {
-    let spec = hound::WavSpec {
-        channels: 1,
-        sample_rate: RATE_HZ as u32,
-        bits_per_sample: 16,
-        sample_format: hound::SampleFormat::Int,
-    };
-    let path = file(name, &[]);
-    let mut writer = hound::WavWriter::create(&path, spec).unwrap();
-    for x in samples {
-        writer.write_sample(x.round() as i16).unwrap();
-    }
-    writer.finalize().unwrap();
-    path
-}
-
-fn noise(rng: &mut ChaCha8Rng, length: usize, sigma: f64) -> Vec<f64> {
-    (0..length)
-        .map(|_| {
-            let normal: f64 = StandardNormal.sample(rng);
-            sigma * normal
-        })
-        .collect()
-}
-
-/// Forty particles of 30 kHz with a deviation of 1 kHz, in the middle of every 4,000 samples.
+/// Forty particles of 28 to 32 kHz, in the middle of every 4,000 samples.
 #[test]
 fn bursts_for_people_spreadsheets_and_programs() {
     const COUNT: usize = 40;
-    let mut rng = ChaCha8Rng::seed_from_u64(seed(41));
-    let mut samples = noise(&mut rng, 4000 * (COUNT + 1), 150.0);
-    let mut truth = Vec::new();
-    for burst in 0..COUNT {
-        let normal: f64 = StandardNormal.sample(&mut rng);
-        let (hertz, phase) = (30_000.0 + 1000.0 * normal, rng.random_range(0.0..TAU));
-        let middle = 4000.0 * (burst as f64 + 1.0);
-        truth.push((middle / RATE_HZ, hertz));
-        for (n, x) in samples.iter_mut().enumerate() {
-            let t = n as f64 - middle;
-            let level = 5000.0 * (-t * t / (2.0 * 90.0 * 90.0)).exp();
-            *x += level * (0.4 + (TAU * hertz / RATE_HZ * t + phase).cos());
-        }
-    }
-    let path = recording("particles.wav", &samples);
+    // Fringes of 4 um; a standard deviation of the envelope is 90 samples.
+    let middles = (1..=COUNT).map(|burst| 4000.0 * burst as f64 / RATE_HZ);
+    let at: Vec<String> = middles
+        .map(|middle_s| format!(r#"{{"middle_s": {middle_s}, "velocity_mps": [0.113, 0.127]}}"#))
+        .collect();
+    let scene = Scene::from_json(&format!(
+        r#"{{"seed": {}, "rate_hz": {RATE_HZ}, "seconds": {},
+            "sources": [{{"particles": {{"radius_m": 108e-6, "pedestal": 0.4, "amplitude": 5000, "velocity_mps": 0.12, "at": [{}]}}}}],
+            "receiver": {{"noise": {{"rms": 150}}}}}}"#,
+        seed(41),
+        4000.0 * (COUNT + 1) as f64 / RATE_HZ,
+        at.join(", ")
+    ));
+    let scene = scene.unwrap();
+    let run = scene.run(0).unwrap();
+    let truth: Vec<(f64, f64)> = run
+        .particles(0)
+        .iter()
+        .map(|passed| (passed.middle_s, passed.velocity_mps / 4e-6))
+        .collect();
+    let path = recorded("particles.wav", &scene);
     let all = lines(ANALYZE, &[&path, "--burst", "--json"]);
     let (summary, bursts) = all.split_last().unwrap();
     let valid: Vec<_> = bursts.iter().filter(|burst| burst["validation"] == "valid").collect();
@@ -67,7 +45,7 @@ fn bursts_for_people_spreadsheets_and_programs() {
         let near = |t: &&(f64, f64)| (t.0 - number("time_s")).abs() < 1e-3;
         let (_, hertz) = truth.iter().find(near).unwrap();
         assert!((number("frequency_hz") - hertz).abs() < 5.0 * number("sigma_hz"), "{burst}");
-        let transit = 8f64.sqrt() * 90.0 / RATE_HZ;
+        let transit = 2f64.sqrt() * 108e-6 / (4e-6 * hertz);
         assert!((number("transit_s") / transit - 1.0).abs() < 0.1, "{burst}");
     }
     let mean = truth.iter().map(|t| t.1).sum::<f64>() / COUNT as f64;
@@ -86,16 +64,14 @@ fn bursts_for_people_spreadsheets_and_programs() {
 /// -20 dB a sample: one block does not see it, a hundred do.
 #[test]
 fn an_echo_below_the_noise() {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed(42));
     let hertz = 41_234.5;
-    let mut samples = noise(&mut rng, 1024 * 205, 1000.0);
-    for block in samples.chunks_mut(1024) {
-        let phase = rng.random_range(0.0..TAU);
-        for (n, x) in block.iter_mut().enumerate() {
-            *x += 0.02f64.sqrt() * 1000.0 * (TAU * hertz / RATE_HZ * n as f64 + phase).cos();
-        }
-    }
-    let path = recording("echo.wav", &samples);
+    let scene = Scene::from_json(&format!(
+        r#"{{"seed": {}, "rate_hz": {RATE_HZ}, "seconds": {}, "sources": [{{"tone": {{"frequency_hz": {hertz}, "amplitude": 141.42}}}}],
+            "receiver": {{"noise": {{"rms": 1000}}}}}}"#,
+        seed(42),
+        1024.0 * 205.0 / RATE_HZ
+    ));
+    let path = recorded("echo.wav", &scene.unwrap());
     let sums = lines(ANALYZE, &[&path, "--accumulate", "100", "--json"]);
     assert_eq!(sums.len(), 2);
     for sum in &sums {

@@ -2,229 +2,167 @@
 //! type are right, or it says that it does not know. `PICKET_TYPED_SEED` gives others.
 
 use crate::cli::seed;
-use crate::unknown::picket;
-use picket_dsp::{Chirp, Mixing, Shape};
-use picket_simulator::{Receiver, Sensor, Target, Waveform};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use rand_distr::StandardNormal;
+use crate::unknown::{picket, wav};
+use picket_simulator::scene::{Density, Mixing, Noise, Scene};
+use picket_simulator::{Draw, Run};
+use serde_json::json;
 use std::f64::consts::TAU;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 const RECORDINGS: usize = 60;
-const LIGHT: f64 = 299_792_458.0;
 const KINDS: [&str; 9] =
     ["steady", "accelerating", "walker", "bursts", "chirps", "fan", "two", "clipped", "flicker"];
 
-/// The frequencies that are right at a time, s and Hz.
-type Truth = Box<dyn Fn(f64) -> Vec<f64>>;
-
-/// Samples with what is in them.
-struct Scene {
+/// A recording of a kind.
+struct Recording {
+    run: Run,
     rate_hz: f64,
     /// Volts.
     samples: Vec<[f64; 2]>,
     iq: bool,
+    /// Where a record of a chirp begins, s, and its samples; else a frequency changes with time.
+    chirp: Option<(f64, usize)>,
+}
+
+impl Recording {
+    fn new(scene: &Scene, chirp: Option<(f64, usize)>) -> Self {
+        let mut run = scene.run(0).unwrap();
+        let (rate_hz, iq) = (scene.rate_hz, scene.receiver.iq);
+        let samples = run.voltages(0.0, (rate_hz * scene.seconds).round() as usize);
+        Recording { run, rate_hz, samples, iq, chirp }
+    }
+
     /// The frequencies that are right at a time.
-    truth: Truth,
-}
-
-fn normals(rng: &mut ChaCha8Rng) -> impl FnMut() -> f64 + '_ {
-    move || rng.sample(StandardNormal)
-}
-
-/// A Doppler radar or velocimeter before targets whose ranges are given; codes become volts.
-fn doppler(
-    carrier_hz: f64,
-    (rate_hz, seconds, iq): (f64, f64, bool),
-    targets: &[Target],
-    snr_db: f64,
-    rng: &mut ChaCha8Rng,
-) -> Vec<[f64; 2]> {
-    let amplitude = targets[0].amplitude;
-    let receiver = Receiver::ideal(rate_hz, iq, Mixing::RxConjTx).with_snr(amplitude, snr_db);
-    let n = (rate_hz * seconds) as usize;
-    receiver.voltages(&Waveform::continuous(carrier_hz), targets, (0, 0.0), n, normals(rng))
-}
-
-/// The shift of a speed.
-fn shift(carrier_hz: f64, speed: f64) -> f64 {
-    2.0 * speed * carrier_hz / LIGHT
-}
-
-/// A scene of a kind, at this signal-to-noise ratio or at any.
-fn scene(kind: &str, snr_db: Option<f64>, rng: &mut ChaCha8Rng) -> Scene {
-    let any_db = rng.random_range(12.0..32.0);
-    let snr_db = snr_db.unwrap_or(any_db);
-    let iq = rng.random_range(0..3) == 0;
-    let k24 = 24.125e9;
-    let signed = |iq: bool, hz: f64| if iq { hz } else { hz.abs() };
-    match kind {
-        "accelerating" => {
-            // A car before a radar.
-            let (rate_hz, seconds) = (24_000.0, rng.random_range(2.0..5.0));
-            let (v, a) = (rng.random_range(8.0..20.0), rng.random_range(-3.5..3.5));
-            let target = Target::new(0.3, move |t| 60.0 - v * t - 0.5 * a * t * t);
-            let samples = doppler(k24, (rate_hz, seconds, iq), &[target], snr_db, rng);
-            let truth = move |t: f64| vec![signed(iq, shift(k24, v + a * t))];
-            Scene { rate_hz, samples, iq, truth: Box::new(truth) }
-        }
-        "walker" => {
-            // Before an HB100, with the mains in its amplifier.
-            let (carrier, rate_hz, seconds) = (10.525e9, 4000.0, rng.random_range(8.0..16.0));
-            let (v, gait, part) = (
-                rng.random_range(1.0..1.8),
-                rng.random_range(1.6..2.2),
-                rng.random_range(0.05..0.2),
-            );
-            let speed = move |t: f64| v + part * (TAU * gait * t).sin();
-            let target = Target::new(0.3, move |t| {
-                20.0 - v * t + part / (TAU * gait) * (TAU * gait * t).cos()
-            });
-            let mut samples = doppler(carrier, (rate_hz, seconds, false), &[target], snr_db, rng);
-            let (mains, phase): (f64, f64) = ([50.0, 60.0][rng.random_range(0..2)], rng.random());
-            let level = rng.random_range(0.1..0.8);
-            for (k, sample) in samples.iter_mut().enumerate() {
-                let cycles = mains * k as f64 / rate_hz + phase;
-                let hum = (TAU * cycles).sin()
-                    + 0.4 * (2.0 * TAU * cycles).sin()
-                    + 0.2 * (3.0 * TAU * cycles).sin();
-                sample[0] += level * hum;
-            }
-            let truth = move |t: f64| vec![shift(carrier, speed(t))];
-            Scene { rate_hz, samples, iq: false, truth: Box::new(truth) }
-        }
-        "bursts" => {
-            // Particles in the beams of a laser-Doppler velocimeter: fringes of 4 um.
-            let (rate_hz, seconds) = (200_000.0, 0.6);
-            let (pitch, width) = (4e-6, rng.random_range(60e-6..120e-6));
-            let v = rng.random_range(0.05..0.15);
-            let count = (seconds * rate_hz) as usize;
-            let noise = 0.3 / (2.0 * 10f64.powf(snr_db / 10.0)).sqrt();
-            let mut samples: Vec<[f64; 2]> =
-                (0..count).map(|_| [noise * rng.sample::<f64, _>(StandardNormal), 0.0]).collect();
-            let mut at = 0.0;
-            while at < seconds {
-                at += 12.0 * width / v * rng.random_range(0.8..2.0);
-                let phase: f64 = rng.random();
-                let half = (4.0 * width / v * rate_hz) as i64;
-                let middle = (at * rate_hz) as i64;
-                for k in (middle - half).max(0)..(middle + half).min(count as i64) {
-                    let x = v * (k as f64 / rate_hz - at);
-                    let envelope = (-2.0 * (x / width).powi(2)).exp();
-                    samples[k as usize][0] +=
-                        0.3 * envelope * (1.0 + (TAU * (x / pitch + phase)).cos());
-                }
-            }
-            let truth = move |_| vec![v / pitch];
-            Scene { rate_hz, samples, iq: false, truth: Box::new(truth) }
-        }
-        "chirps" => {
-            // A sawtooth of a radar module, without pauses.
-            let rate_hz = 200_000.0;
-            let period = [1000, 1250, 2000][rng.random_range(0..3)];
-            let duration_s = f64::from(period) / rate_hz;
-            let range: f64 = rng.random_range(8.0..40.0);
-            let chirp = Chirp {
-                shape: Shape::Sawtooth,
-                wavelength_m: LIGHT / k24,
-                bandwidth_hz: 200e6,
-                duration_s,
-                guard_s: 20.0 / rate_hz,
-                ..Chirp::default()
-            };
-            let receiver = Receiver::ideal(rate_hz, iq, Mixing::TxConjRx).with_snr(0.3, snr_db);
-            let target = Target::new(0.3, move |_| range);
-            let (waveform, targets) = (Waveform::chirp(&chirp, duration_s), [target]);
-            let laps = (0.5 / duration_s) as u64;
-            let samples = (0..laps)
-                .flat_map(|lap| {
-                    let n = period as usize;
-                    receiver.voltages(&waveform, &targets, (lap, 0.0), n, normals(rng))
-                })
-                .collect();
-            let sensor = Sensor::chirp(&chirp, receiver, period as usize / 2, duration_s);
-            let beat = rate_hz * sensor.beat(&Target::new(1.0, move |_| range), (1, 0));
-            let truth = move |_| vec![signed(iq, beat)];
-            Scene { rate_hz, samples, iq, truth: Box::new(truth) }
-        }
-        "fan" => {
-            // A hub that approaches, and blades that come through the beam.
-            let (rate_hz, seconds) = (24_000.0, 3.0);
-            let (v, turns) = (rng.random_range(3.0..12.0), rng.random_range(20.0..60.0));
-            let (depth, phase) = (rng.random_range(0.1..0.5), rng.random::<f64>());
-            let target = Target::new(0.3, move |t| 60.0 - v * t);
-            let mut samples = doppler(k24, (rate_hz, seconds, false), &[target], snr_db, rng);
-            for (k, sample) in samples.iter_mut().enumerate() {
-                sample[0] *= 1.0 + depth * (TAU * (turns * k as f64 / rate_hz + phase)).cos();
-            }
-            let truth = move |_| vec![shift(k24, v)];
-            Scene { rate_hz, samples, iq: false, truth: Box::new(truth) }
-        }
-        "two" => {
-            let (rate_hz, seconds) = (24_000.0, 3.0);
-            let (v, w) = (rng.random_range(5.0..10.0), rng.random_range(11.0..25.0));
-            let level = rng.random_range(0.1..0.8);
-            let targets = [
-                Target::new(0.3, move |t| 60.0 - v * t),
-                Target::new(0.3 * level, move |t| 90.0 - w * t),
-            ];
-            let samples = doppler(k24, (rate_hz, seconds, iq), &targets, snr_db, rng);
-            let truth = move |_| vec![shift(k24, v), shift(k24, w)];
-            Scene { rate_hz, samples, iq, truth: Box::new(truth) }
-        }
-        "slow-fm" => {
-            // A target that swings before a radar, by a fraction of its mean shift.
-            let (rate_hz, seconds) = (24_000.0, rng.random_range(4.0..8.0));
-            let (v, swing) = (rng.random_range(6.0..15.0), rng.random_range(0.3..1.5));
-            let (turns, phase) = (rng.random_range(0.2..0.5), rng.random::<f64>());
-            let angle = move |t: f64| TAU * (turns * t + phase);
-            let depth = swing / (TAU * turns);
-            let target = Target::new(0.3, move |t| 90.0 - v * t + depth * angle(t).cos());
-            let samples = doppler(k24, (rate_hz, seconds, iq), &[target], snr_db, rng);
-            let truth = move |t: f64| vec![shift(k24, v + swing * angle(t).sin())];
-            Scene { rate_hz, samples, iq, truth: Box::new(truth) }
-        }
-        kind => {
-            let (rate_hz, seconds) = ([8000.0, 48_000.0][rng.random_range(0..2)], 2.0);
-            let v = rng.random_range(0.04..0.4) * rate_hz * LIGHT / 2.0 / k24;
-            let target = Target::new(0.3, move |t| 60.0 - v * t);
-            let mut samples = doppler(k24, (rate_hz, seconds, iq), &[target], snr_db, rng);
-            if kind == "clipped" {
-                let rail = rng.random_range(0.4..0.9) * 0.3;
-                samples.iter_mut().flatten().for_each(|x| *x = x.clamp(-rail, rail));
-            }
-            if kind == "flicker" {
-                // 1/f by stages an octave apart.
-                let mut stages = [[0.0f64; 2]; 12];
-                let level = 0.3 * rng.random_range(0.2..0.6);
-                for sample in &mut samples {
-                    for (octave, stage) in stages.iter_mut().enumerate() {
-                        let share = 0.5f64.powi(octave as i32);
-                        for (part, x) in stage.iter_mut().zip(sample.iter_mut()) {
-                            let normal: f64 = rng.sample(StandardNormal);
-                            *part += share * -*part + (share * (2.0 - share)).sqrt() * normal;
-                            *x += level / 4.0 * *part;
-                        }
-                    }
-                }
-            }
-            let truth = move |_| vec![shift(k24, v)];
-            Scene { rate_hz, samples, iq, truth: Box::new(truth) }
-        }
+    fn truths(&self, time_s: f64) -> Vec<f64> {
+        let (from_s, n) = self.chirp.unwrap_or((time_s, 2));
+        let of = |source| self.run.truth(source, from_s, n).frequency_hz;
+        let sources = 0..self.run.scene().sources.len();
+        sources.map(|source| if self.iq { of(source) } else { of(source).abs() }).collect()
     }
 }
 
-fn npy(kind: &str, shape: &str, data: Vec<u8>) -> Vec<u8> {
+/// A recording of a kind, at this signal-to-noise ratio or at any.
+fn recording(kind: &str, snr_db: Option<f64>, draw: &mut Draw) -> Recording {
+    let any_db = draw.between(12.0, 32.0);
+    let snr_db = snr_db.unwrap_or(any_db);
+    let iq = draw.below(3) == 0 && !["walker", "bursts", "fan"].contains(&kind);
+    let radar = json!({"carrier_hz": 24.125e9});
+    let target = |range_m: f64, speed: serde_json::Value| json!({"range_m": range_m, "velocity_mps": speed, "amplitude": 0.3});
+    let scene = |rate_hz: f64,
+                 seconds: f64,
+                 waveform: &serde_json::Value,
+                 targets: serde_json::Value| {
+        json!({"rate_hz": rate_hz, "seconds": seconds, "waveform": waveform, "sources": targets})
+    };
+    let mut chirp = None;
+    let scene = match kind {
+        "accelerating" => {
+            // A car before a radar.
+            let (v, a, s) =
+                (draw.between(8.0, 20.0), draw.between(-3.5, 3.5), draw.between(2.0, 5.0));
+            let car = target(200.0, json!([[0, v], [s, v + a * s]]));
+            scene(24e3, s, &radar, json!([{"target": car}]))
+        }
+        "walker" => {
+            // Before an HB100, with the mains in its amplifier.
+            let (gait, part) = (draw.between(1.6, 2.2), draw.between(0.05, 0.2));
+            let mut body = target(40.0, json!([1.0, 1.8]));
+            body["vibration"] = json!([{"amplitude_m": part / (TAU * gait), "frequency_hz": gait}]);
+            let hb100 = json!({"carrier_hz": 10.525e9});
+            let mut all = scene(4e3, draw.between(8.0, 16.0), &hb100, json!([{"target": body}]));
+            let mains = json!({"either": [50, 60]});
+            let hum = json!({"frequency_hz": mains, "amplitude": [0.1, 0.8], "harmonics": [[2, -8], [3, -14]]});
+            all["receiver"] = json!({"hum": [hum]});
+            all
+        }
+        "bursts" => {
+            // Particles in the beams of a laser-Doppler velocimeter.
+            let (v, radius_m) = (draw.between(0.05, 0.15), draw.between(60e-6, 120e-6));
+            let (mut at, mut middle_s) = (Vec::new(), 0.0);
+            while middle_s < 0.6 {
+                middle_s += 12.0 * radius_m / v * draw.between(0.8, 2.0);
+                at.push(json!({"middle_s": middle_s}));
+            }
+            let flow = json!({"radius_m": radius_m, "velocity_mps": v, "amplitude": 0.3, "at": at});
+            scene(200e3, 0.6, &radar, json!([{"particles": flow}]))
+        }
+        "chirps" => {
+            // A sawtooth of a radar module, without pauses.
+            let (rate_hz, period) = (200e3, [1000, 1250, 2000][draw.below(3)]);
+            let ramp_s = f64::from(period) / rate_hz;
+            let sawtooth = json!({"shape": "sawtooth", "carrier_hz": 24.125e9, "bandwidth_hz": 200e6, "ramp_s": ramp_s});
+            chirp = Some((ramp_s + 20.0 / rate_hz, period as usize / 2));
+            let corner = target(draw.between(8.0, 40.0), json!(0));
+            scene(rate_hz, (0.5 / ramp_s).floor() * ramp_s, &sawtooth, json!([{"target": corner}]))
+        }
+        "fan" => {
+            // A hub that approaches, and blades that come through the beam.
+            let mut hub = target(200.0, json!([3, 12]));
+            hub["changes"] = json!([{"am": {"depth": [0.1, 0.5], "rate_hz": [20, 60]}}]);
+            scene(24e3, 3.0, &radar, json!([{"target": hub}]))
+        }
+        "two" => {
+            let mut second = target(200.0, json!([11, 25]));
+            second["amplitude"] = json!([0.03, 0.24]);
+            let first = target(200.0, json!([5, 10]));
+            scene(24e3, 3.0, &radar, json!([{"target": first}, {"target": second}]))
+        }
+        "slow-fm" => {
+            // A target that swings before a radar, by a fraction of its mean shift.
+            let (swing, turns) = (draw.between(0.3, 1.5), draw.between(0.2, 0.5));
+            let mut swings = target(200.0, json!([6, 15]));
+            swings["vibration"] = json!([{"amplitude_m": swing / (TAU * turns), "frequency_hz": turns, "phase_turns": [0, 1]}]);
+            scene(24e3, draw.between(4.0, 8.0), &radar, json!([{"target": swings}]))
+        }
+        _ => {
+            let rate_hz = [8e3, 48e3][draw.below(2)];
+            let shift_hz = draw.between(0.04, 0.4) * rate_hz;
+            let speed = shift_hz * 299_792_458.0 / 2.0 / 24.125e9;
+            scene(rate_hz, 2.0, &radar, json!([{"target": target(2e3, json!(speed))}]))
+        }
+    };
+    let mut scene: Scene = serde_json::from_value(scene).unwrap();
+    (scene.seed, scene.receiver.iq) = (draw.bits(), iq);
+    scene.receiver.noise.snr_db = Some(snr_db.into());
+    if chirp.is_none() {
+        scene.receiver.mixing = Mixing::RxConjTx;
+    }
+    match kind {
+        "clipped" => scene.receiver.limit = Some(draw.between(0.4, 0.9) * 0.3),
+        "flicker" => {
+            // White noise, and as much of 1/f in each of twelve octaves.
+            let white = 0.3 / (2.0 * 10f64.powf(snr_db / 10.0)).sqrt();
+            let flicker = 0.1;
+            let half_hz = 0.5 * scene.rate_hz;
+            let point = |octave: i32| {
+                let hz = half_hz * 0.5f64.powi(octave);
+                let octaves = 12.0 * std::f64::consts::LN_2;
+                let density = white * white / half_hz + flicker * flicker / octaves / hz;
+                [hz, 10.0 * density.log10()]
+            };
+            let points = (0..=12).rev().map(point).collect();
+            scene.receiver.noise = Noise {
+                rms: Some(white.hypot(flicker).into()),
+                shape: vec![Density::Points { points, beside_tone: false }],
+                ..Noise::default()
+            };
+        }
+        _ => {}
+    }
+    Recording::new(&scene, chirp)
+}
+
+/// A file of NumPy.
+pub fn npy(kind: &str, shape: &str, data: Vec<u8>) -> Vec<u8> {
     let header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({shape}), }}\n");
     [b"\x93NUMPY\x01\x00", &(header.len() as u16).to_le_bytes()[..], header.as_bytes(), &data]
         .concat()
 }
 
 /// Writes the samples in one of ten formats; gives the file's name, and what a person types of it.
-fn write(folder: &Path, index: usize, format: usize, scene: &Scene) -> (String, Vec<String>) {
-    let Scene { rate_hz, samples, iq, .. } = scene;
+fn write(folder: &Path, index: usize, format: usize, scene: &Recording) -> (String, Vec<String>) {
+    let Recording { rate_hz, samples, iq, .. } = scene;
     let parts = if *iq { 2 } else { 1 };
     let full = samples.iter().flatten().fold(1e-9f64, |most, x| most.max(x.abs())) / 0.8;
     let flat = || samples.iter().flat_map(|x| x[..parts].to_vec());
@@ -233,26 +171,12 @@ fn write(folder: &Path, index: usize, format: usize, scene: &Scene) -> (String, 
     let pairs = if *iq { vec!["--iq".to_owned()] } else { vec![] };
     let (suffix, bytes, options): (&str, Vec<u8>, Vec<String>) = match format {
         0..=2 => {
-            let path = folder.join(format!("{index}.wav"));
-            let bits = [16, 24, 32][format];
-            let spec = hound::WavSpec {
-                channels: parts as u16,
-                sample_rate: *rate_hz as u32,
-                bits_per_sample: bits,
-                sample_format: if bits == 32 {
-                    hound::SampleFormat::Float
-                } else {
-                    hound::SampleFormat::Int
-                },
-            };
-            let mut writer = hound::WavWriter::create(&path, spec).unwrap();
-            match bits {
-                32 => flat().for_each(|x| writer.write_sample(x as f32).unwrap()),
-                bits => integers((1u32 << (bits - 1)) as f64 - 1.0)
-                    .for_each(|x| writer.write_sample(x as i32).unwrap()),
-            }
-            writer.finalize().unwrap();
-            return (format!("{index}.wav"), pairs);
+            let bits = [16, 24, 33][format];
+            let scale = if bits == 33 { 1.0 } else { 1.0 / full };
+            let name = format!("{index}.wav");
+            let spec = (parts as u16, bits);
+            wav(&folder.join(&name), *rate_hz, spec, flat().map(|x| scale * x));
+            return (name, pairs);
         }
         3 => {
             let row = |(k, x): (usize, &[f64; 2])| match iq {
@@ -303,7 +227,7 @@ fn write(folder: &Path, index: usize, format: usize, scene: &Scene) -> (String, 
 }
 
 /// The usable answers within three sigma of the truth, and all usable ones.
-fn judged(lines: &str, scene: &Scene) -> (usize, usize) {
+fn judged(lines: &str, of: &Recording) -> (usize, usize) {
     let (mut right, mut usable) = (0, 0);
     for line in lines.lines() {
         let line: serde_json::Value = serde_json::from_str(line).unwrap();
@@ -317,7 +241,7 @@ fn judged(lines: &str, scene: &Scene) -> (usize, usize) {
         let (hz, sigma, time) = (number("frequency_hz"), number("sigma_hz"), number("time_s"));
         let near = |truth: &f64| (hz - truth).abs() <= 3.0 * sigma;
         usable += 1;
-        right += usize::from((scene.truth)(time).iter().any(near));
+        right += usize::from(of.truths(time).iter().any(near));
     }
     (right, usable)
 }
@@ -347,10 +271,10 @@ pub fn outcome(
     index: usize,
     kind: &str,
     snr_db: Option<f64>,
-    rng: &mut ChaCha8Rng,
+    draw: &mut Draw,
 ) -> Outcome {
-    let scene = scene(kind, snr_db, rng);
-    let format = rng.random_range(0..10);
+    let scene = recording(kind, snr_db, draw);
+    let format = draw.below(10);
     let (name, options) = write(folder, index, format, &scene);
     let look = picket(folder, &[vec!["analyze".into(), name.clone()], options].concat());
     let proposed = look.lines().find_map(|line| line.strip_prefix("try       picket "));
@@ -376,10 +300,10 @@ pub fn outcome(
 
 #[test]
 fn what_is_proposed_is_right_or_nothing_is() {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed(44));
+    let mut draw = Draw::new(seed(44), 0);
     let folder = folder("sixty");
     let outcomes: Vec<Outcome> = (0..RECORDINGS)
-        .map(|index| outcome(&folder, index, KINDS[index % KINDS.len()], None, &mut rng))
+        .map(|index| outcome(&folder, index, KINDS[index % KINDS.len()], None, &mut draw))
         .collect();
     let count = |wanted: Outcome| outcomes.iter().filter(|&&outcome| outcome == wanted).count();
     let [right, unknown, wrong] = [Outcome::Right, Outcome::Unknown, Outcome::Wrong].map(count);

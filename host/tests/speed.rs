@@ -1,12 +1,9 @@
 //! How fast a recording is measured. It prints figures; no time fails a test.
 
-use crate::cli::file;
+use crate::cli::{recorded, tones};
 use picket_dsp::acquire::codes::Codes;
 use picket_host::analyze::{self, Analysis};
 use picket_host::arithmetic::Arithmetic;
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Normal};
 use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
@@ -27,26 +24,11 @@ print(len(found) / (time.perf_counter() - begun))
 ";
 
 /// Ten minutes at 48 kHz in blocks of 4096 samples, on one core: `picket analyze` with its reading of the file, and NumPy
-/// without. Seed 44.
+/// without.
 #[test]
 #[ignore = "prints how fast this machine is: cargo test -p picket-host --test all -- --ignored --nocapture speed"]
 fn ten_minutes() {
-    let path = file("ten-minutes.wav", &[]);
-    let spec = hound::WavSpec {
-        channels: 1,
-        sample_rate: 48_000,
-        bits_per_sample: 16,
-        sample_format: hound::SampleFormat::Int,
-    };
-    let mut writer = hound::WavWriter::create(&path, spec).unwrap();
-    let (mut rng, normal) = (ChaCha8Rng::seed_from_u64(44), Normal::new(0.0, 400.0).unwrap());
-    let noise: Vec<f64> = normal.sample_iter(&mut rng).take(1 << 16).collect();
-    for index in 0..600 * 48_000u32 {
-        let turns = f64::from(index) * 1234.5 / 48e3;
-        let tone = 8000.0 * (std::f64::consts::TAU * turns.fract()).sin();
-        writer.write_sample((tone + noise[index as usize % noise.len()]).round() as i16).unwrap();
-    }
-    writer.finalize().unwrap();
+    let path = recorded("ten-minutes.wav", &tones(600 * 48_000, &[(1234.5, 8000.0, 0.0)], 400.0));
     let analysis =
         Analysis { n: Some(4096), ..Analysis::new(Codes::signed::<16>(), Arithmetic::Target) };
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();

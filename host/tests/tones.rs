@@ -1,9 +1,7 @@
 //! `picket analyze FILE --most 1..4`: the tones of each block, as a person, a spreadsheet and a program read them.
 
-use crate::cli::{ANALYZE, file, fresh, lines, refused, run, seed};
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
+use crate::cli::{self, ANALYZE, fresh, lines, recorded, refused, run, seed};
+use picket_simulator::Scene;
 use serde_json::Value;
 use std::f64::consts::{PI, TAU};
 
@@ -13,11 +11,15 @@ const BLOCKS: usize = 8;
 /// In codes, of each part.
 const NOISE: f64 = 20.0;
 
-/// Frequency in Hz, amplitude in codes, phase at the first sample.
+/// Frequency in Hz, amplitude in codes, phase at the first sample in turns.
 type Tone = (f64, f64, f64);
 /// The strongest first.
-const TONES: [Tone; 4] =
-    [(3000.3, 8000.0, 0.4), (9876.5, 3000.0, 1.2), (5321.0, 1000.0, -2.0), (15_432.1, 350.0, 2.5)];
+const TONES: [Tone; 4] = [
+    (3000.3, 8000.0, 0.06),
+    (9876.5, 3000.0, 0.19),
+    (5321.0, 1000.0, -0.32),
+    (15_432.1, 350.0, 0.4),
+];
 
 /// The tones of a kind of recording: I/Q has one that turns backwards.
 fn tones(count: usize, iq: bool) -> Vec<Tone> {
@@ -27,26 +29,9 @@ fn tones(count: usize, iq: bool) -> Vec<Tone> {
 }
 
 fn recording(name: &str, tones: &[Tone], iq: bool, noise: f64) -> String {
-    let spec = hound::WavSpec {
-        channels: if iq { 2 } else { 1 },
-        sample_rate: RATE_HZ as u32,
-        bits_per_sample: 16,
-        sample_format: hound::SampleFormat::Int,
-    };
-    let path = file(name, &[]);
-    let mut rng = ChaCha8Rng::seed_from_u64(seed(4));
-    let mut writer = hound::WavWriter::create(&path, spec).unwrap();
-    for n in 0..BLOCKS * N {
-        let angle = |tone: &Tone| TAU * tone.0 * n as f64 / RATE_HZ + tone.2;
-        let parts: [fn(f64) -> f64; 2] = [f64::cos, f64::sin];
-        for part in parts.into_iter().take(spec.channels.into()) {
-            let clean: f64 = tones.iter().map(|tone| tone.1 * part(angle(tone))).sum();
-            let normal: f64 = StandardNormal.sample(&mut rng);
-            writer.write_sample((clean + noise * normal).round() as i16).unwrap();
-        }
-    }
-    writer.finalize().unwrap();
-    path
+    let mut scene = Scene { seed: seed(4), ..cli::tones(BLOCKS * N, tones, noise) };
+    scene.receiver.iq = iq;
+    recorded(name, &scene)
 }
 
 /// The command's arguments: the recording, its kind, and the most tones.
@@ -83,7 +68,7 @@ fn as_many_tones_as_there_are() {
                 assert!((number(row, "time_s") - middle_s).abs() < 1e-9, "{row}");
                 let off_hz = number(row, "frequency_hz") - hertz;
                 assert!(off_hz.abs() < 5.0 * number(row, "sigma_hz"), "{off_hz} Hz: {row}");
-                let turn = TAU * hertz * middle_s + phase;
+                let turn = TAU * (hertz * middle_s + phase);
                 let off = (number(row, "phase_rad") - turn + PI).rem_euclid(TAU) - PI;
                 assert!(off.abs() < 5.0 * number(row, "sigma_phase_rad"), "{off} rad: {row}");
                 if most < count {

@@ -2,12 +2,9 @@
 //! the others are at least commands that exist. What they print is compared where it is a figure: by `lab docs`.
 
 use crate::calibrate::BENCH;
-use crate::cli::fresh;
+use crate::cli::{fresh, recorded, tones};
 use clap::Parser;
 use picket_host::cli::Picket;
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::fs;
@@ -91,35 +88,19 @@ fn shown() -> Vec<Shown> {
     all
 }
 
-/// A recording at 48 kHz: the tones' frequencies in Hz and amplitudes in codes, and the noise's sigma in codes.
-fn wav(path: &Path, samples: u32, tones: &[(f64, f64)], noise: f64) {
-    let spec = hound::WavSpec {
-        channels: 1,
-        sample_rate: 48_000,
-        bits_per_sample: 16,
-        sample_format: hound::SampleFormat::Int,
-    };
-    let mut rng = ChaCha8Rng::seed_from_u64(1);
-    let mut file = hound::WavWriter::create(path, spec).unwrap();
-    for n in 0..samples {
-        let part = |(hertz, codes): &(f64, f64)| codes * (TAU * hertz / 48e3 * f64::from(n)).sin();
-        let normal: f64 = StandardNormal.sample(&mut rng);
-        let value = tones.iter().map(part).sum::<f64>() + noise * normal;
-        file.write_sample(value.round() as i16).unwrap();
-    }
-    file.finalize().unwrap();
-}
-
 /// A folder with what a reader of a page has at hand.
 fn folder(page: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("typed").join(page);
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(folder.join("docs")).unwrap();
-    wav(&folder.join("tone.wav"), 5 * 4096, &[(1234.567, 9000.0)], 0.0);
-    let tones = [(1234.567, 9000.0), (5432.1, 2000.0), (9876.5, 300.0)];
-    wav(&folder.join("tones.wav"), 2 * 4096, &tones, 20.0);
+    let wav = |name: &str, samples: usize, lines: &[(f64, f64)], noise: f64| {
+        let lines: Vec<_> = lines.iter().map(|&(hertz, codes)| (hertz, codes, -0.25)).collect();
+        recorded(folder.join(name).to_str().unwrap(), &tones(samples, &lines, noise))
+    };
+    wav("tone.wav", 5 * 4096, &[(1234.567, 9000.0)], 0.0);
+    wav("tones.wav", 2 * 4096, &[(1234.567, 9000.0), (5432.1, 2000.0), (9876.5, 300.0)], 20.0);
     let series = [(611.7, 300.0), (1223.4, 3000.0), (1835.1, 2500.0), (2446.8, 900.0)];
-    wav(&folder.join("motor.wav"), 2 * 4096, &series, 20.0);
+    wav("motor.wav", 2 * 4096, &series, 20.0);
     fs::copy(Path::new(ROOT).join("docs/session.bin"), folder.join("docs/session.bin")).unwrap();
     fs::create_dir_all(folder.join("docs/scenes")).unwrap();
     for scene in fs::read_dir(Path::new(ROOT).join("docs/scenes")).unwrap() {

@@ -1,9 +1,9 @@
 //! Unknown recordings, of any rate, format, level, with hum and clipping: what `picket analyze FILE` says to type finds the tone.
 
-use crate::cli::seed;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
+use crate::cli::{seed, spec};
+use crate::sixty::npy;
+use picket_simulator::{Draw, Scene};
+use serde_json::json;
 use std::f64::consts::TAU;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,18 +23,18 @@ struct Truth {
     options: Vec<String>,
 }
 
-fn wav(path: &Path, rate_hz: f64, bits: u16, values: &[f64]) {
-    let float = bits == 33;
-    let spec = hound::WavSpec {
-        channels: 1,
-        sample_rate: rate_hz as u32,
-        bits_per_sample: bits.min(32),
-        sample_format: if float { hound::SampleFormat::Float } else { hound::SampleFormat::Int },
-    };
+/// A WAV file of samples of 16 or 24 bits, or of floats where these are 33.
+pub fn wav(
+    path: &Path,
+    rate_hz: f64,
+    (channels, bits): (u16, u16),
+    values: impl Iterator<Item = f64>,
+) {
+    let spec = hound::WavSpec { sample_rate: rate_hz as u32, ..spec(channels, bits) };
     let mut writer = hound::WavWriter::create(path, spec).unwrap();
     let full = f64::from(1u32 << (bits.min(32) - 1));
-    for &x in values {
-        if float {
+    for x in values {
+        if bits == 33 {
             writer.write_sample(x as f32).unwrap();
         } else {
             writer.write_sample((full * x).round().clamp(-full, full - 1.0) as i32).unwrap();
@@ -43,55 +43,36 @@ fn wav(path: &Path, rate_hz: f64, bits: u16, values: &[f64]) {
     writer.finalize().unwrap();
 }
 
-fn npy(path: &Path, values: &[f64]) {
-    let header =
-        format!("{{'descr': '<i2', 'fortran_order': False, 'shape': ({},), }}\n", values.len());
-    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    bytes.extend((header.len() as u16).to_le_bytes());
-    bytes.extend(header.as_bytes());
-    bytes.extend(values.iter().flat_map(|x| ((32767.0 * x).round() as i16).to_le_bytes()));
-    fs::write(path, bytes).unwrap();
-}
-
 /// A recording of its own, and what is in it.
-fn make(folder: &Path, index: usize, rng: &mut ChaCha8Rng) -> Truth {
+fn make(folder: &Path, index: usize, draw: &mut Draw) -> Truth {
     let rates = [8000.0, 11_025.0, 22_050.0, 44_100.0, 48_000.0, 96_000.0, 192_000.0];
-    let rate_hz = rates[rng.random_range(0..rates.len())];
-    let samples = [3000, 6000, 20_000, 60_000][rng.random_range(0..4)];
-    let tone_hz = rate_hz * rng.random_range(0.02..0.45);
-    let level = 10f64.powf(rng.random_range(-40.0..0.0) / 20.0);
-    let hum = rng.random_range(0..3) == 0 && f64::from(samples) / rate_hz > 0.12;
-    let clipped = rng.random_range(0..4) == 0;
-    let (mains, phase): (f64, f64) = ([50.0, 60.0][rng.random_range(0..2)], rng.random());
-    let hum_level =
-        if hum { level * 10f64.powf(rng.random_range(-10.0..10.0) / 20.0) } else { 0.0 };
-    let noise = level * 10f64.powf(rng.random_range(-40.0..0.0) / 20.0);
-    let offset = rng.random_range(-0.1..0.1) * level;
+    let rate_hz = rates[draw.below(rates.len())];
+    let samples: usize = [3000, 6000, 20_000, 60_000][draw.below(4)];
+    let tone_hz = rate_hz * draw.between(0.02, 0.45);
+    let level = 10f64.powf(draw.between(-40.0, 0.0) / 20.0);
+    let hum = draw.below(3) == 0 && samples as f64 / rate_hz > 0.12;
+    let clipped = draw.below(4) == 0;
+    let hum_level = if hum { level * 10f64.powf(draw.between(-10.0, 10.0) / 20.0) } else { 0.0 };
+    let noise = level * 10f64.powf(draw.between(-40.0, 0.0) / 20.0);
     let gain = if clipped {
         1.3 / (level + hum_level)
     } else {
         (0.6 / (level + hum_level + 4.0 * noise)).min(1.0)
     };
-    let values: Vec<f64> = (0..samples)
-        .map(|n| {
-            let t = f64::from(n) / rate_hz;
-            let normal: f64 = StandardNormal.sample(rng);
-            let x = level * (TAU * (tone_hz * t + phase)).sin()
-                + hum_level * (TAU * mains * t).sin()
-                + 0.3 * hum_level * (TAU * 3.0 * mains * t).cos()
-                + noise * normal
-                + offset;
-            (gain * x).clamp(-1.0, 1.0)
-        })
-        .collect();
+    let [level, hum_level, noise] = [level, hum_level, noise].map(|x| gain * x);
+    let scene = json!({"seed": draw.bits(), "rate_hz": rate_hz, "seconds": samples as f64 / rate_hz,
+        "sources": [{"tone": {"frequency_hz": tone_hz, "amplitude": level}}],
+        "receiver": {"noise": {"rms": noise}, "offset": [[-0.1 * level, 0.1 * level], 0],
+            "hum": [{"frequency_hz": {"either": [50, 60]}, "amplitude": hum_level, "harmonics": [[3, -10]]}]}});
+    let mut run = serde_json::from_value::<Scene>(scene).unwrap().run(0).unwrap();
+    let values = run.voltages(0.0, samples).into_iter().map(|[x, _]| x.clamp(-1.0, 1.0));
+    let values: Vec<f64> = values.collect();
     let kind = index % 8;
     let suffix = ["wav", "wav", "wav", "csv", "csv", "npy", "bin", "f32"][kind];
     let path = folder.join(format!("unknown-{index}.{suffix}"));
     let mut options = Vec::new();
     match kind {
-        0 => wav(&path, rate_hz, 16, &values),
-        1 => wav(&path, rate_hz, 24, &values),
-        2 => wav(&path, rate_hz, 33, &values),
+        0..=2 => wav(&path, rate_hz, (1, [16, 24, 33][kind]), values.into_iter()),
         3 => {
             let rows = values
                 .iter()
@@ -105,7 +86,11 @@ fn make(folder: &Path, index: usize, rng: &mut ChaCha8Rng) -> Truth {
             });
             fs::write(&path, "Zeit;Spannung\n".to_owned() + &rows.collect::<String>()).unwrap();
         }
-        5 => npy(&path, &values),
+        5 => {
+            let codes = values.iter().map(|x| (32767.0 * x).round() as i16);
+            let data = codes.flat_map(i16::to_le_bytes).collect();
+            fs::write(&path, npy("<i2", &format!("{},", values.len()), data)).unwrap();
+        }
         6 => {
             // A microcontroller's codes: 12 bits from 0 on.
             let codes = values.iter().map(|x| (2048.0 + 2047.0 * x).round() as i16);
@@ -146,13 +131,11 @@ pub fn picket(folder: &Path, arguments: &[String]) -> String {
 fn what_a_look_proposes_finds_the_tone() {
     const SEED: u64 = 15;
     let seed = seed(SEED);
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("unknown");
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).unwrap();
+    let mut draw = Draw::new(seed, 0);
+    let folder = crate::sixty::folder("unknown");
     let (mut found, mut hums, mut clips) = (0, 0, 0);
     for index in 0..RECORDINGS {
-        let truth = make(&folder, index, &mut rng);
+        let truth = make(&folder, index, &mut draw);
         hums += usize::from(truth.hum);
         clips += usize::from(truth.clipped);
         let arguments =
@@ -199,7 +182,7 @@ fn beside_hum(name: &str, rate_hz: f64, tone_hz: f64, hum_hz: f64) -> (String, f
         let sine = |hertz: f64| 0.3 * (TAU * hertz / rate_hz * f64::from(n)).sin();
         sine(tone_hz) + sine(hum_hz)
     };
-    wav(&folder.join(name), rate_hz, 16, &(0..6000).map(value).collect::<Vec<_>>());
+    wav(&folder.join(name), rate_hz, (1, 16), (0..6000).map(value));
     let look = picket(&folder, &["analyze".into(), name.into()]);
     let proposed = look.lines().find_map(|line| line.strip_prefix("try       picket ")).unwrap();
     let words = proposed.split(' ').map(str::to_owned).chain(["--json".into()]);

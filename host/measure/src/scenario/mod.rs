@@ -161,13 +161,13 @@ pub fn sensor<R: Record>(config: &Config, n: usize, period_s: f64, laps: usize) 
 }
 
 /// A target with an echo of this amplitude, codes.
-fn echo(amplitude: f64, range_m: f64, velocity_mps: impl Into<Value>) -> Target {
+pub fn echo(amplitude: f64, range_m: impl Into<Value>, velocity_mps: impl Into<Value>) -> Target {
     let (range_m, velocity_mps) = (range_m.into(), velocity_mps.into());
     Target { range_m, velocity_mps, amplitude: Some(amplitude.into()), ..Target::default() }
 }
 
 /// A sensor with these before it, the first of them this many decibels above the noise of a sample.
-fn before(sensor: Scene, sources: Vec<Source>, snr_db: f64) -> Scene {
+pub fn before(sensor: Scene, sources: Vec<Source>, snr_db: f64) -> Scene {
     let mut scene = Scene { sources, ..sensor };
     scene.receiver.noise.snr_db = Some(snr_db.into());
     scene
