@@ -1,6 +1,5 @@
 //! Tests of Picket that need more than one module; see `tests/`.
 
-pub mod echoes;
 pub use picket_claims::figures;
 
 use picket_host::toolchain::{Firmware, Profile, Target, ToolError, prepare};

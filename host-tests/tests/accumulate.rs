@@ -1,13 +1,12 @@
 //! Sums of blocks, by segments; their accuracy is in the table of claims.
 
-use crate::signal::CODES;
 use picket_dsp::config::Config;
-use picket_dsp::{Accumulator, Pipeline, Real, Segment, Stamp, Verdict};
+use picket_dsp::{Accumulator, Codes, Pipeline, Real, Segment, Stamp, Verdict};
 
 /// Each segment of a chirp has its sum, a gap does no harm, and silence is nothing.
 #[test]
 fn segments_silence_and_clearing() {
-    let plan = Config::new(1.0, CODES).plan::<Real, 64>().unwrap();
+    let plan = Config::new(1.0, Codes::signed::<12>()).plan::<Real, 64>().unwrap();
     let mut pipeline = Pipeline::<Real, 64>::new(plan);
     let mut sum = Accumulator::<Real, 64>::new(3).for_segment(Segment::Down);
     let mut results = 0;

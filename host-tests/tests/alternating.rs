@@ -1,19 +1,19 @@
 //! I/Q pairs that one converter takes by turns, Q half a pair after I: without an image of their delay, and with a sign. That they are right
 //! is in `claims/tests/faults.rs`.
 
-use crate::signal::*;
 use fixed::types::I32F32;
-use host_tests::echoes;
+use picket_claims::samples;
 use picket_dsp::acquire::frontend::Timing;
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::solve::chirp::{Ambiguity, Mixing, Shape};
 use picket_dsp::solve::equations::Chirp;
 use picket_dsp::{Alternating, Codes, Iq, Measurement, Method, Outcome, Pipeline, Stamp, Verdict};
-use picket_simulator::Target;
-use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::StandardNormal;
+use picket_host::scenario;
+use picket_simulator::Run;
+use picket_simulator::scene::{Source, Target};
 use std::f64::consts::TAU;
+
+const CODES: Codes = Codes::signed::<12>();
 
 /// Pairs of a tone.
 fn pairs<const N: usize>(bins: f64, amplitude: f64, start: f64) -> [[i16; 2]; N] {
@@ -66,21 +66,12 @@ fn ideal_channels_leave_no_image() {
     assert!((image + 7.66).abs() < 0.01, "{image}");
 }
 
-/// What one converter takes by turns of an echo, Q half a pair after I, and what two take at once.
-fn echoes<const N: usize>(
-    scene: Scene,
-    target: &Target,
-    segment: usize,
-    rng: &mut ChaCha8Rng,
-) -> [[[i16; 2]; N]; 2] {
-    let config = Config { scene, ..Config::new(2e3, CODES) };
-    let twice = echoes::sensor::<Iq>(&config, 2 * N, 0.0);
-    let twice = twice.clone().received_by(twice.receiver.with_snr(target.amplitude, 10.0));
-    let targets = core::slice::from_ref(target);
-    let record = twice.record(targets, (0, segment), || rng.sample(StandardNormal));
-    let pairs = record.as_chunks::<2>().0;
-    let by_turns = std::array::from_fn(|n| [pairs[n][0][0], pairs[n][1][1]]);
-    [by_turns, std::array::from_fn(|n| pairs[n][0])]
+/// The record of an echo: what one converter takes by turns, Q half a pair after I, or what two take at once.
+fn run(config: &Config, target: &Target, by_turns: bool) -> Run {
+    let sensor = scenario::sensor::<Iq>(config, 512, 0.0, 1);
+    let mut scene = scenario::before(sensor, vec![Source::Target(target.clone())], 10.0);
+    scene.receiver.q_late_s = if by_turns { -0.5 / config.rate_hz } else { 0.0 }.into();
+    scene.run(913).unwrap()
 }
 
 /// A velocity has its sign, and beats of a chirp theirs.
@@ -88,12 +79,10 @@ fn echoes<const N: usize>(
 fn the_sign_reaches_the_solver() {
     for mixing in Mixing::ALL {
         let scene = Scene::Doppler { wavelength_m: 0.01, angle_rad: 0.0, mixing };
+        let config = Config { scene, ..Config::new(1e3, CODES) };
         for wanted in [-0.59, 0.59] {
-            let target = Target::moving(900.0, 5.0, wanted);
-            let [mut pairs, _] = echoes::<512>(scene, &target, 0, &mut rng(913, 0));
-            let upper = (wanted > 0.0) == (mixing == Mixing::RxConjTx);
-            let config = Config { scene, rate_hz: 1e3, ..sideband(512, upper, 3.0) };
-            let config = Config { band_hz: None, ..config };
+            let target = scenario::echo(900.0, 5.0, wanted);
+            let mut pairs = samples::<Iq, 512>(&mut run(&config, &target, true), 0);
             let Outcome::Velocity(velocity) = measure::<512, 1024>(&config, &mut pairs).result
             else {
                 panic!("no velocity");
@@ -111,30 +100,28 @@ fn the_sign_reaches_the_solver() {
             mixing,
             ..Chirp::default()
         };
-        let scene = Scene::Chirp(chirp);
-        let config = Config { scene, ..Config::new(1e3, CODES) };
+        let config = Config { scene: Scene::Chirp(chirp), ..config };
+        let target = scenario::echo(900.0, 24.0, 0.25);
         let mut turns = Alternating::<512, 1024>::new(config.plan().unwrap());
         let mut at_once = Pipeline::<Iq, 512>::new(config.plan().unwrap());
         let timing = Timing { period: 520, segments: chirp.shape.segments() };
-        let target = Target::moving(900.0, 24.0, 0.25);
-        let mut targets = Vec::new();
-        for number in 0..2 {
+        let mut runs = [true, false].map(|by_turns| run(&config, &target, by_turns));
+        let results = [0, 1].map(|number| {
             let stamp = timing.stamp(number, false);
-            let rng = &mut rng(914, number);
-            let [mut pairs, both] = echoes::<512>(scene, &target, number as usize, rng);
-            let first = turns.block(&stamp, &mut pairs);
-            targets.push([first.result, at_once.block(&stamp, &both).result]);
-        }
-        let [Outcome::Target(turns), Outcome::Target(at_once)] = targets[1] else {
+            let [mut pairs, both] =
+                runs.each_mut().map(|run| samples::<Iq, 512>(run, number as usize));
+            [turns.block(&stamp, &mut pairs).result, at_once.block(&stamp, &both).result]
+        });
+        let [Outcome::Target(turns), Outcome::Target(at_once)] = results[1] else {
             panic!("no target")
         };
         println!("{turns:?}");
-        let middle_s = echoes::sensor::<Iq>(&config, 512, 0.0).middle_s();
+        let range_m = runs[0].truth_of_lap(0, 0, 512).range_m.unwrap();
         for seen in [turns, at_once] {
             assert_eq!((seen.ambiguity, seen.verdict), (Ambiguity::None, Verdict::Good));
             let off =
                 |a: I32F32, b: f64, sigma: f32| (a.to_num::<f64>() - b).abs() / f64::from(sigma);
-            assert!(off(seen.range, target.range_m(middle_s), seen.sigma_range) < 6.0, "{seen:?}");
+            assert!(off(seen.range, range_m, seen.sigma_range) < 6.0, "{seen:?}");
             assert!(off(seen.velocity.unwrap(), 0.25, seen.sigma_velocity) < 6.0, "{seen:?}");
         }
     }

@@ -1,15 +1,13 @@
 //! Displacement from phases: never a wrong turn in an answer that is called good.
 
-use crate::signal::*;
+use picket_claims::scenes::amplitude;
 use picket_dsp::config::SPEED_OF_LIGHT;
 use picket_dsp::solve::chirp::Mixing;
 use picket_dsp::solve::displacement::{Between, Displacement, Unwrapper};
 use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_dsp::{Codes, Config, Iq, Pipeline, Stamp, Tone, Usable, Verdict};
-use picket_simulator::Scene;
 use picket_simulator::scene::{self, Noise, Receiver, Source, Target, Vibration, Waveform};
-use rand::RngExt;
-use rand_distr::StandardNormal;
+use picket_simulator::{Draw, Scene};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -123,26 +121,26 @@ fn a_frequency_tells_the_turns() {
 #[test]
 fn a_step_that_is_too_large_is_refused() {
     for sigma in [0.001, 0.03, 0.1] {
-        let seen = trials(32, 2000, |rng| {
-            let mut unwrapper =
-                Unwrapper::new(2.0, Mixing::TxConjRx, Between::Turns(0.25)).unwrap();
-            let (mut turns, mut truth, mut moved) = (0.0, Vec::new(), Vec::new());
-            for sequence in 0..20 {
-                let error = sigma * rng.sample::<f64, _>(StandardNormal);
-                let phase = TAU * (turns + error / TAU);
-                let phase = (phase - TAU * (phase / TAU).round()) as f32;
-                let tone = Tone { verdict: Verdict::Good, ..Tone::default() };
-                let phasor = ToneWithPhase { tone, phase, sigma_phase: sigma as f32 };
-                moved.push(unwrapper.push(&Stamp { sequence, ..Stamp::default() }, &phasor));
-                truth.push(turns);
-                turns += if sequence % 5 == 4 {
-                    rng.random_range(-0.75..0.75)
-                } else {
-                    rng.random_range(-0.1..0.1)
-                };
-            }
-            judged(&moved, &truth)
-        });
+        let seen: Vec<[usize; 2]> = (0..2000)
+            .into_par_iter()
+            .map(|trial| {
+                let mut draw = Draw::new(32, trial);
+                let mut unwrapper =
+                    Unwrapper::new(2.0, Mixing::TxConjRx, Between::Turns(0.25)).unwrap();
+                let (mut turns, mut truth, mut moved) = (0.0, Vec::new(), Vec::new());
+                for sequence in 0..20 {
+                    let phase = TAU * turns + sigma * draw.normal();
+                    let phase = (phase - TAU * (phase / TAU).round()) as f32;
+                    let tone = Tone { verdict: Verdict::Good, ..Tone::default() };
+                    let phasor = ToneWithPhase { tone, phase, sigma_phase: sigma as f32 };
+                    moved.push(unwrapper.push(&Stamp { sequence, ..Stamp::default() }, &phasor));
+                    truth.push(turns);
+                    let most = if sequence % 5 == 4 { 0.75 } else { 0.1 };
+                    turns += draw.between(-most, most);
+                }
+                judged(&moved, &truth)
+            })
+            .collect();
         let [good, wrong] = [0, 1].map(|i| seen.iter().map(|seen| seen[i]).sum::<usize>());
         println!("sigma {sigma} rad, seed 32: {good} of 40000 good, {wrong} wrong");
         assert!(good > 20_000 && wrong == 0);

@@ -2,14 +2,14 @@
 
 use crate::each_length;
 use crate::fft::{least_ratios, worst_by};
-use crate::signal::{Kind, rng};
 use host_tests::prepare_images;
 use picket_dsp::acquire::codes::Codes;
-use picket_dsp::acquire::sample::{Iq, Real};
+use picket_dsp::acquire::sample::{Iq, Real, Record};
 use picket_dsp::config::Config;
 use picket_dsp::spectrum::Spectrum;
 use picket_dsp::spectrum::engine::F32;
 use picket_host::emulator::Capture;
+use picket_host::simulate::generator;
 use picket_host::toolchain::Target;
 use picket_lab::bench::{self, CORES, Core, FLOAT, Scope};
 use picket_wire::capture::Header;
@@ -44,7 +44,7 @@ fn no_extreme_overflows() {
 }
 
 /// Random records of every strength: their bins by the counting image, to the last bit.
-fn check_bits<R: Kind, const N: usize>(core: &Core, image: &Path) {
+fn check_bits<R: Record, const N: usize>(core: &Core, image: &Path) {
     const SEED: u64 = 1501;
     const BLOCKS: u64 = 8;
     let codes = [Codes::signed::<12>(), Codes::unsigned::<12>(), Codes::signed::<16>()]
@@ -57,7 +57,7 @@ fn check_bits<R: Kind, const N: usize>(core: &Core, image: &Path) {
     let (low, high) = codes.rails();
     let mut here: Vec<[f32; 2]> = Vec::new();
     for block in 0..BLOCKS {
-        let mut rng = rng(SEED ^ N as u64, block);
+        let mut rng = generator(SEED ^ N as u64, block);
         let (middle, span) = (codes.middle(), (i32::from(high) - i32::from(low)) >> block);
         let mut code = || {
             let code = i32::from(middle) + rng.random_range(-span / 2..=span / 2);

@@ -1,6 +1,5 @@
 //! Noise alone, of several spectra, whose bins are drawn directly: how often it passes for a tone, over what is asked.
 
-use crate::signal::rng;
 use host_tests::figures::hold;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::{Iq, Real, Record, Stamp};
@@ -8,9 +7,10 @@ use picket_dsp::config::Config;
 use picket_dsp::pipeline::Pipeline;
 use picket_dsp::spectrum::engine::Engine;
 use picket_dsp::spectrum::view::Points;
+use picket_dsp::spectrum::peak::Band;
 use picket_dsp::tone::Verdict;
-use rand::RngExt;
-use rand_distr::StandardNormal;
+use picket_dsp::tone::detection::Threshold;
+use picket_simulator::Draw;
 use rayon::prelude::*;
 use std::cell::RefCell;
 
@@ -84,23 +84,23 @@ fn alarms<R: Record, const N: usize>(shape: Shape, band_hz: Option<(f64, f64)>) 
     };
     let count = if R::IQ { N } else { N / 2 };
     let most = (1..count).map(power).fold(0.0, f64::max);
-    let sizes: Vec<f32> = (0..count).map(|k| 2e7 * (power(k) / most).sqrt() as f32).collect();
+    let sizes: Vec<f64> = (0..count).map(|k| 2e7 * (power(k) / most).sqrt()).collect();
     let streams = 100;
     let good: u64 = (0..streams)
         .into_par_iter()
         .map(|stream| {
-            let mut rng = rng(SEED, stream);
+            let mut draw = Draw::new(SEED, stream);
             // The tests of the front end alone read samples.
             let samples: [R::Sample; N] = std::array::from_fn(|_| {
-                R::from_parts([rng.random_range(-3000..3000), rng.random_range(-3000..3000)])
+                R::from_parts([0; 2].map(|_| draw.between(-3000.0, 3000.0) as i16))
             });
             let mut pipeline = Pipeline::<R, N, Drawn>::new(plan);
             let is_good = |_: &u64| {
                 BINS.with_borrow_mut(|bins| {
                     bins.clear();
-                    bins.extend(sizes.iter().map(|size| {
-                        [0; 2].map(|_| (size * rng.sample::<f32, _>(StandardNormal)).trunc())
-                    }));
+                    bins.extend(
+                        sizes.iter().map(|size| [0; 2].map(|_| (size * draw.normal()).trunc() as f32)),
+                    );
                 });
                 pipeline.block(&Stamp::default(), &samples).tone.verdict == Verdict::Good
             };
@@ -136,5 +136,16 @@ fn noise_alone_is_a_tone_as_often_as_stated() {
         let most = 2.0 + 3.0 * (2.0 / (ASKED * BLOCKS as f64)).sqrt();
         assert!(far <= most, "{name}: {far}");
         assert!(name != "white" || alarms.iter().all(|&alarms| alarms <= most), "{alarms:?}");
+    }
+}
+
+/// The default thresholds of trust.md 3.
+#[test]
+fn thresholds_are_those_of_the_document() {
+    for (n, expected) in [(256usize, 20.34f32), (1024, 20.46), (4096, 21.55)] {
+        let bins = Band::real(n).width();
+        let t = Threshold::new(bins, 1e-6).over(bins - 17);
+        println!("N {n}: T = {t:.2}");
+        assert!((t - expected).abs() < 0.06);
     }
 }

@@ -1,100 +1,24 @@
-//! The library by the names at its root, as a stranger uses it: codes of every width, the wrong ones, slices of the wrong
-//! length.
+//! The library by the names at its root, as a stranger uses it: the wrong codes, slices of the wrong length, what people read.
 
-use crate::signal::rng;
-use picket_dsp::spectrum::engine::Engine;
-use picket_dsp::{Codes, Config, F32, I32, Iq, Method, Pipeline, Real, Record, Tone, Verdict};
-use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::StandardNormal;
-use std::f64::consts::TAU;
+use picket_claims::scenes::{Kind, deviation, line, tones};
+use picket_dsp::{Codes, Config, Method, Pipeline, Real, Tone, Verdict};
 
 const RATE_HZ: f64 = 48e3;
 
 /// A tone of this share of the range between the rails, 40 dB above its noise, as a converter with these codes delivers it.
-fn samples<R: Record, const N: usize>(
-    codes: Codes,
-    share: f64,
-    hertz: f64,
-    rng: &mut ChaCha8Rng,
-) -> [R::Sample; N] {
+fn samples(codes: Codes, share: f64, hertz: f64) -> [i16; 1024] {
     let (low, high) = codes.rails();
-    let (low, high) = (f64::from(low), f64::from(high));
-    let (middle, amplitude) = ((low + high) / 2.0, share * (high - low) / 2.0);
-    let (phase, sigma): (f64, f64) = (rng.random(), amplitude * (0.5e-4f64).sqrt());
-    std::array::from_fn(|n| {
-        let (sin, cos) = (TAU * (hertz / RATE_HZ * n as f64 + phase)).sin_cos();
-        let part = |x: f64, noise: f64| {
-            (middle + amplitude * x + sigma * noise).round().clamp(low, high) as i16
-        };
-        let noise = [rng.sample(StandardNormal), rng.sample(StandardNormal)];
-        R::from_parts([part(cos, noise[0]), part(sin, noise[1])])
-    })
-}
-
-fn codes_of_every_width() -> Vec<Codes> {
-    let signed = (8..=16).map(|bits| Codes::from_bits(true, bits));
-    let unsigned = (8..=15).map(|bits| Codes::from_bits(false, bits));
-    // As of a converter that adds 13 conversions of 12 bits up.
-    let sum = [Codes::between(0, 4095 * 7), Codes::between(-3000, 12_000)];
-    signed.chain(unsigned).chain(sum).map(Option::unwrap).collect()
-}
-
-fn every_width<R: Record, const N: usize, E: Engine>() {
-    for codes in codes_of_every_width() {
-        let mut rng = rng(14, N as u64);
-        let mut squares = 0.0;
-        const TRIALS: usize = 40;
-        for trial in 0..TRIALS {
-            let hertz = 3001.0 + 411.7 * trial as f64;
-            let samples = samples::<R, N>(codes, 0.9, hertz, &mut rng);
-            // I/Q has the codes' offset at 0 Hz: the band begins above.
-            let band_hz = R::IQ.then_some((1e3, 23e3));
-            let config = Config { band_hz, ..Config::new(RATE_HZ, codes) };
-            let mut pipeline = Pipeline::<R, N, E>::new(config.plan().unwrap());
-            let tone = pipeline.record(&samples).unwrap().tone;
-            assert_eq!(tone.verdict, Verdict::Good, "{codes:?} {hertz}: {tone}");
-            let error = (tone.hertz() - hertz) / tone.sigma_hertz();
-            assert!(error.abs() < 5.0, "{codes:?} {hertz}: {tone}");
-            squares += error * error;
-        }
-        // Chi square of 40 degrees: 1e-6 on either side.
-        let mean = squares / TRIALS as f64;
-        assert!((0.28..2.5).contains(&mean), "{codes:?}: mean (error/sigma)^2 {mean}");
-    }
-}
-
-#[test]
-fn codes_of_8_to_16_bits() {
-    println!("seed 14");
-    every_width::<Real, 1024, I32>();
-    // From bin 32 on: the offset of I/Q codes lies in bin 0, and the fit of a tone below bin 17 would read it.
-    every_width::<Iq, 512, I32>();
-    every_width::<Real, 1024, F32>();
-}
-
-#[test]
-fn an_overdriven_converter_is_never_good() {
-    println!("seed 15");
-    for codes in codes_of_every_width() {
-        let mut rng = rng(15, 0);
-        let plan = Config::new(RATE_HZ, codes).plan().unwrap();
-        let mut pipeline = Pipeline::<Real, 1024>::new(plan);
-        for trial in 0..100 {
-            let hertz = 2000.0 + 200.3 * f64::from(trial);
-            let samples = samples::<Real, 1024>(codes, 1.3, hertz, &mut rng);
-            let tone = pipeline.record(&samples).unwrap().tone;
-            assert_ne!(tone.verdict, Verdict::Good, "{codes:?} {hertz}: {tone}");
-        }
-    }
+    let amplitude = 0.5 * share * (f64::from(high) - f64::from(low));
+    let tone = line(hertz / RATE_HZ * 1024.0, amplitude);
+    let mut scene = tones(Kind::Real, 1024, [tone], deviation(amplitude, 40.0));
+    scene.converter.rails = Some([low, high]);
+    picket_claims::samples::<Real, 1024>(&mut scene.run(0).unwrap(), 0)
 }
 
 #[test]
 fn codes_that_the_converter_cannot_make_have_their_own_verdict() {
-    println!("seed 16");
-    let mut rng = rng(16, 0);
-    let said = |stated: Codes, true_codes: Codes, share: f64, rng: &mut ChaCha8Rng| -> Tone {
-        let samples = samples::<Real, 1024>(true_codes, share, 1234.57, rng);
+    let said = |stated: Codes, true_codes: Codes| -> Tone {
+        let samples = samples(true_codes, 0.5, 1234.57);
         let plan = Config::new(RATE_HZ, stated).plan().unwrap();
         Pipeline::<Real, 1024>::new(plan).record(&samples).unwrap().tone
     };
@@ -105,11 +29,11 @@ fn codes_that_the_converter_cannot_make_have_their_own_verdict() {
         (Codes::unsigned::<12>(), Codes::unsigned::<14>()),
     ];
     for (stated, truth) in pairs {
-        let tone = said(stated, truth, 0.5, &mut rng);
+        let tone = said(stated, truth);
         assert_eq!(tone.verdict, Verdict::WrongCodes, "{stated:?} for {truth:?}: {tone}");
     }
     // The right ones, at half scale: the frequency that a wrong reading missed by far.
-    let tone = said(Codes::signed::<16>(), Codes::signed::<16>(), 0.5, &mut rng);
+    let tone = said(Codes::signed::<16>(), Codes::signed::<16>());
     assert_eq!(tone.verdict, Verdict::Good);
     assert!((tone.hertz() - 1234.57).abs() < 0.1, "{tone}");
 }
@@ -127,9 +51,8 @@ fn a_slice_of_another_length_is_refused_in_words() {
 
 #[test]
 fn what_people_read() {
-    println!("seed 17");
     let codes = Codes::signed::<12>();
-    let samples = samples::<Real, 1024>(codes, 0.9, 1000.2, &mut rng(17, 0));
+    let samples = samples(codes, 0.9, 1000.2);
     let plan = Config::new(RATE_HZ, codes).plan().unwrap();
     let tone = Pipeline::<Real, 1024>::new(plan).record(&samples).unwrap().tone;
     let said = tone.to_string();

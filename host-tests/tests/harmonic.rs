@@ -1,16 +1,17 @@
 //! A fundamental from its harmonics: one line alone, and a recording. Its bound is in `claims/tests/faults.rs`.
 
-use crate::signal::*;
 use host_tests::data;
+use picket_claims::samples;
+use picket_claims::scenes::{Kind, line, tones};
 use picket_dsp::tone::harmonic::Harmonic;
 use picket_dsp::{Codes, Config, Pipeline, Real, Stamp, Verdict};
 use std::f64::consts::TAU;
 
 const N: usize = 1024;
 
-fn fundamental<R: Kind>(samples: &[R::Sample; N], band_hz: Option<(f64, f64)>) -> Option<Harmonic> {
+fn fundamental(samples: &[i16; N], band_hz: Option<(f64, f64)>) -> Option<Harmonic> {
     let config = Config { band_hz, ..Config::new(N as f64, Codes::signed::<12>()) };
-    let mut pipeline = Pipeline::<R, N>::new(config.plan().unwrap());
+    let mut pipeline = Pipeline::<Real, N>::new(config.plan().unwrap());
     let measurement = pipeline.block(&Stamp::default(), samples);
     pipeline.harmonic(&measurement, 5)
 }
@@ -19,9 +20,9 @@ fn fundamental<R: Kind>(samples: &[R::Sample; N], band_hz: Option<(f64, f64)>) -
 #[test]
 fn one_line_is_no_series() {
     let verdict = |band_hz| {
-        let line = Line { bins: 100.3, amplitude: 1000.0, phase: 1.0 };
-        let samples = Real::record::<N>(&mut rng(43, 0), &[line], 10.0);
-        let found = fundamental::<Real>(&samples, band_hz).unwrap();
+        let scene = tones(Kind::Real, N, [line(100.3, 1000.0)], 10.0);
+        let samples = samples::<Real, N>(&mut scene.run(0).unwrap(), 0);
+        let found = fundamental(&samples, band_hz).unwrap();
         (found.tone.frequency.bins(N).round(), found.tone.verdict, found.orders)
     };
     assert_eq!(verdict(None), (100.0, Verdict::Unresolved, 1));
@@ -66,7 +67,7 @@ fn mains_track(samples: &[i16], track: &str) {
         }
         squares.push((sum / all - numbers[1]).powi(2));
     }
-    let rms = mean(squares.iter().copied()).sqrt();
+    let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
     println!("{} frames, rms difference from the track {:.4} mHz", squares.len(), 1e3 * rms);
     assert!(squares.len() >= 30 && rms < 1e-4);
 }

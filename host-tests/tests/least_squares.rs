@@ -1,10 +1,13 @@
 //! Least squares over FFT bins: against the golden vectors, its bias, and the Cramer-Rao bound in the
 //! target's arithmetic.
 
-use crate::signal::*;
 use crate::vectors::{Case, golden};
 use host_tests::sized;
 use num_complex::Complex;
+use picket_claims::bound::{self, Line};
+use picket_claims::samples;
+use picket_claims::scenes::{self, Kind, amplitude, deviation, tone, tones};
+use picket_dsp::Codes;
 use picket_dsp::acquire::sample::{Iq, Real, Record};
 use picket_dsp::spectrum::Spectrum;
 use picket_dsp::spectrum::bins::{Bins, Rectangular};
@@ -13,10 +16,12 @@ use picket_dsp::spectrum::peak::{self, Band};
 use picket_dsp::tone::arithmetic::Arithmetic;
 use picket_dsp::tone::fit::{FitStart, Reach, fit, fit_near, least_squares, least_squares_real};
 use picket_dsp::tone::noise::ring;
+use picket_simulator::Scene;
 use picket_transform::Transform;
-use rand::RngExt;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
+
+const CODES: Codes = Codes::signed::<12>();
 
 fn exact(samples: &[Complex<f64>]) -> Vec<Complex<f64>> {
     let mut x = samples.to_vec();
@@ -118,7 +123,7 @@ fn golden_vectors() {
     }
 }
 
-fn golden_case<R: Kind>(case: &Case, name: &str) {
+fn golden_case<R: Record>(case: &Case, name: &str) {
     let samples: Vec<_> = (0..case.n)
         .map(|n| case.parts(n))
         .map(|[re, im]| Complex::new(re.into(), im.into()))
@@ -145,9 +150,9 @@ fn golden_case<R: Kind>(case: &Case, name: &str) {
     }
     // Rounding is noise too; and the arithmetic of the target is asked for no more than 60 dB.
     let rounding = (1.0f64 / 12.0).sqrt();
-    let sigma = sigma(case.amp, case.snr_db.unwrap_or(60.0)).max(rounding);
+    let sigma = deviation(case.amp, case.snr_db.unwrap_or(60.0)).max(rounding);
     let line = Line { bins: case.f_true, amplitude: case.amp, phase: case.phase };
-    let bound = R::bound(case.n, line, sigma);
+    let bound = bound::tone::<R>(case.n, line, sigma);
     let bins32 = single::<R>(&x, case.km);
     let course = FitStart::From(start as f32, 2);
     let error = off(fit::<f32, R>(&bins32, Reach::Sixteen, course).unwrap().offset.into(), "16_2");
@@ -161,7 +166,7 @@ fn golden_case<R: Kind>(case: &Case, name: &str) {
     assert!(error < 0.4 * bound, "{} target: {:.3} bound", case.id, error / bound);
 }
 
-fn target_offset<R: Kind, const N: usize>(case: &Case) -> f64 {
+fn target_offset<R: Record, const N: usize>(case: &Case) -> f64 {
     let mut spectrum = Spectrum::<R, N>::new();
     spectrum.transform(&case.samples::<R, N>(), CODES);
     fit::<f32, R>(&Bins::from_view(&spectrum.view(), case.km), Reach::Sixteen, FitStart::Usual)
@@ -172,14 +177,13 @@ fn target_offset<R: Kind, const N: usize>(case: &Case) -> f64 {
 
 /// The sums in integers against those in `f32`, on the same bins: offset in bounds, rms and worst, and
 /// the largest relative differences of sigma and noise.
-fn fixed_against_float<R: Kind, const N: usize>(reach: Reach, snr_db: f64) {
-    let seen = trials(17, sized(200, 1000), |rng| {
-        let amplitude = amplitude(snr_db);
-        let sigma = sigma(amplitude, snr_db);
-        let peaks = if R::IQ { 2..N as i32 - 1 } else { 2..N as i32 / 2 - 1 };
-        let bins = f64::from(rng.random_range(peaks)) + rng.random_range(-0.5..0.5);
-        let line = Line { bins, amplitude, phase: rng.random_range(0.0..TAU) };
-        let samples = R::record::<N>(rng, &[line], sigma);
+fn fixed_against_float<R: Record, const N: usize>(reach: Reach, snr_db: f64) {
+    let scene = Scene { seed: 17, ..tone(Kind::of::<R>(), N, snr_db) };
+    let one = |trial: u64| {
+        let mut run = scene.run(trial).unwrap();
+        let (samples, truth) = (samples::<R, N>(&mut run, 0), run.truth(0, 0.0, N));
+        let phase = TAU * (truth.phase_turns - 0.5 * truth.frequency_hz);
+        let line = Line { bins: truth.frequency_hz, amplitude: truth.amplitude, phase };
         let mut spectrum = Spectrum::<R, N>::new();
         spectrum.transform(&samples, CODES);
         let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
@@ -188,7 +192,7 @@ fn fixed_against_float<R: Kind, const N: usize>(reach: Reach, snr_db: f64) {
         let near = Neighbourhood::read(&spectrum.view(), peak, &mut places);
         let [float, fixed] = [Arithmetic::Float, Arithmetic::Fixed]
             .map(|arithmetic| fit_near::<R>()(&near, arithmetic, reach, FitStart::Usual).unwrap());
-        let bound = R::bound(N, line, sigma.hypot((1.0f64 / 12.0).sqrt()));
+        let bound = bound::tone::<R>(N, line, run.noise().hypot((1.0f64 / 12.0).sqrt()));
         let noise = [
             ring::beside(&near, &float, Arithmetic::Float).noise.power,
             ring::beside(&near, &fixed, Arithmetic::Fixed).noise.power,
@@ -200,7 +204,8 @@ fn fixed_against_float<R: Kind, const N: usize>(reach: Reach, snr_db: f64) {
             away(fixed.residual, float.residual),
             away(noise[1], noise[0]),
         )
-    });
+    };
+    let seen: Vec<_> = (0..sized(200, 1000)).into_par_iter().map(one).collect();
     let rms = (seen.iter().map(|d| d.0 * d.0).sum::<f64>() / seen.len() as f64).sqrt();
     let worst = seen.iter().fold([0.0f64; 4], |w, d| {
         [w[0].max(d.0.abs()), w[1].max(d.1), w[2].max(d.2), w[3].max(d.3)]
@@ -230,24 +235,21 @@ fn fixed_sums_equal_float() {
 
 /// How far a tone of one frequency is off on average, in bounds and squared, less what noise leaves of so many records: each has
 /// noise and a phase of its own.
-fn offset_squared<R: Kind, const N: usize>(seed: u64, records: u64) -> f64 {
-    let bins = anywhere::<R, N>(&mut rng(seed, 0), 1.0).bins;
-    let amplitude = amplitude(60.0);
-    let sigma = sigma(amplitude, 60.0);
-    let bound =
-        R::bound(N, Line { bins, amplitude, phase: 0.7 }, sigma.hypot((1.0f64 / 12.0).sqrt()));
+fn offset_squared<R: Record, const N: usize>(seed: u64, records: u64) -> f64 {
+    let kind = Kind::of::<R>();
+    let drawn = Scene { seed, ..tone(kind, N, 60.0) };
+    let (bins, amplitude) = (drawn.run(0).unwrap().truth(0, 0.0, N).frequency_hz, amplitude(60.0));
+    let line = Line { bins, amplitude, phase: 0.7 };
+    let noise = deviation(amplitude, 60.0);
+    let bound = bound::tone::<R>(N, line, noise.hypot((1.0f64 / 12.0).sqrt()));
+    let scene = Scene { seed, ..tones(kind, N, [scenes::line(bins, amplitude)], noise) };
     let mut spectrum = Spectrum::<R, N>::new();
     let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
     let errors = (1..=records).map(|record| {
-        let mut rng = rng(seed, record);
-        let line = Line { bins, amplitude, phase: rng.random_range(0.0..TAU) };
-        spectrum.transform(&R::record::<N>(&mut rng, &[line], sigma), CODES);
+        spectrum.transform(&samples::<R, N>(&mut scene.run(record).unwrap(), 0), CODES);
         let peak = peak::find(&spectrum.view(), band).unwrap().bin;
-        let fit = fit::<f32, R>(
-            &Bins::from_view(&spectrum.view(), peak),
-            Reach::Sixteen,
-            FitStart::Usual,
-        );
+        let fit =
+            fit::<f32, R>(&Bins::from_view(&spectrum.view(), peak), Reach::Sixteen, FitStart::Usual);
         let error = f64::from(peak) + f64::from(fit.unwrap().offset) - bins;
         let error = if R::IQ { error - (error / N as f64).round() * N as f64 } else { error };
         error / bound
@@ -262,7 +264,7 @@ fn offset_squared<R: Kind, const N: usize>(seed: u64, records: u64) -> f64 {
 /// and .23 (I/Q) times the bound. The estimate of its square is good to .0013.
 #[test]
 fn long_records_have_no_offset_of_their_own() {
-    fn check<R: Kind>(seeds: std::ops::Range<u64>) {
+    fn check<R: Record>(seeds: std::ops::Range<u64>) {
         let count = seeds.end - seeds.start;
         let squares: Vec<_> = seeds
             .clone()

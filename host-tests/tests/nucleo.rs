@@ -4,9 +4,9 @@
 //! 600 blocks; `PICKET_BLOCKS=20000` for the long run.
 
 use fixed::types::I32F32;
-use host_tests::echoes;
 use host_tests::figures::hold;
 use host_tests::prepare_packages;
+use picket_claims::samples;
 use picket_dsp::Effort;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::frontend::Counters;
@@ -26,9 +26,9 @@ use picket_host::arithmetic::Arithmetic;
 use picket_host::board::{Beside, Board, image};
 use picket_host::device::{Blocks, Said};
 use picket_host::emulator::Footprint;
-use picket_host::{flash, rates, recording};
+use picket_host::{flash, rates, recording, scenario};
 use picket_lab::bench::worst;
-use picket_simulator::{Receiver, Target};
+use picket_simulator::scene;
 use picket_wire::boot::{Boot, Clock, Origin};
 use picket_wire::command::{Command, Refusal, Request};
 use picket_wire::follow::Follow;
@@ -475,8 +475,6 @@ fn every_fault_is_counted_and_none_touches_a_neighbour() {
 
 #[test]
 fn settings_are_checked_used_and_a_chirp_goes_through_segment_by_segment() {
-    println!("seed {SEED}");
-    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let (mut board, first) = start();
     board.recorded = Some(Vec::new());
     let scene = Scene::Chirp(Chirp {
@@ -510,19 +508,19 @@ fn settings_are_checked_used_and_a_chirp_goes_through_segment_by_segment() {
     let body = board.request(Command::GetSettings).unwrap().unwrap();
     assert_eq!(Settings::from_bytes(&body), Ok((used, N)));
     let mut here = Here::<Iq>::new(&settings);
-    let radar = echoes::sensor::<Iq>(&used.config, N, 0.0);
-    let receiver = Receiver { offset: [150.0, -80.0], ..radar.receiver.with_snr(900.0, 30.0) };
-    let radar = radar.received_by(receiver);
-    let Scene::Chirp(chirp) = used.config.scene else { panic!("no chirp") };
-    let lap_s = 3.0 * chirp.duration_s;
+    // A target that comes nearer, or at rest, so that its flat beat is under the offset.
+    let speeds = [25.0, 0.0];
+    let mut runs = speeds.map(|velocity_mps| {
+        let radar = scenario::sensor::<Iq>(&used.config, N, 0.0, 20);
+        let target = scene::Source::Target(scenario::echo(900.0, 90.0, velocity_mps));
+        let mut scene = scenario::before(radar, vec![target], 30.0);
+        scene.receiver.offset = [150.0.into(), (-80.0).into()];
+        scene.run(SEED).unwrap()
+    });
     let mut targets = 0;
     for number in 0..60u64 {
-        // A target that comes nearer, or at rest, so that its flat beat is under the offset.
-        let velocity_mps = if number < 30 { 25.0 } else { 0.0 };
-        let target = Target::moving(900.0, 90.0, velocity_mps).turned(rng.random());
-        let at = (number / 3, number as usize % 3);
-        let samples = echoes::codes::<Iq>(&radar, core::slice::from_ref(&target), at, &mut rng);
-        let samples: [[i16; 2]; N] = samples.try_into().unwrap();
+        let half = number as usize / 30;
+        let samples = samples::<Iq, N>(&mut runs[half], number as usize);
         assert!(board.block(&bytes(samples.as_flattened())).unwrap());
         let expected = here.record(here.stamp(number, false), &samples, Health::default());
         assert_eq!(next_record(&mut board).to_bytes(), expected.to_bytes(), "block {number}");
@@ -531,7 +529,8 @@ fn settings_are_checked_used_and_a_chirp_goes_through_segment_by_segment() {
             (value.to_num::<f64>() - truth).abs() / f64::from(sigma)
         };
         assert!(found.verdict <= Verdict::Moving, "{found:?}");
-        let range_m = target.range_m(lap_s * (number / 3) as f64 + radar.middle_s());
+        let truth = runs[half].truth_of_lap(0, number as usize / 3, N);
+        let [range_m, velocity_mps] = scenario::place(&truth);
         assert!(off(found.range, range_m, found.sigma_range) < 6.0, "{found:?}");
         assert!(
             off(found.velocity.unwrap(), velocity_mps, found.sigma_velocity) < 6.0,

@@ -1,14 +1,15 @@
 //! The whole way on the host: the paper's rows in noise, and everything that is not a clean tone.
 
-use host_tests::echoes;
-use picket_dsp::acquire::codes::Codes;
+use picket_claims::samples;
+use picket_claims::scenes::{Kind, line, tones};
 use picket_dsp::acquire::sample::{Real, Segment, Stamp};
 use picket_dsp::config::Config;
 use picket_dsp::methods::registry::Method;
 use picket_dsp::pipeline::{Measurement, Outcome, Pipeline};
 use picket_dsp::tone::Verdict;
+use picket_dsp::{Arithmetic, Codes};
 use picket_host::scenario::{self, LIDAR_BARS, Row};
-use picket_host::simulate::{Signal, generator};
+use picket_simulator::Scene;
 use rayon::prelude::*;
 
 const N: usize = 1024;
@@ -21,23 +22,22 @@ fn stamp(sequence: u32, segment: Segment) -> Stamp {
     Stamp { sequence, clock: u64::from(sequence) * N as u64, segment, gap: false }
 }
 
-fn block(signal: &Signal, seed: u64, trial: u64) -> [i16; N] {
-    signal.codes::<Real>(N, &mut generator(seed, trial)).try_into().unwrap()
+/// A record of a tone in noise of so many codes.
+fn block(bins: f64, amplitude: f64, noise: f64) -> [i16; N] {
+    let scene = tones(Kind::Real, N, [line(bins, amplitude)], noise);
+    samples::<Real, N>(&mut scene.run(0).unwrap(), 0)
 }
 
 /// One chirp of the lidar in front of a target.
 fn chirp(row: &Row, snr_db: f64, method: Method, seed: u64, trial: u64) -> Measurement {
     let config = Config { method, ..scenario::lidar() };
-    let sensor = echoes::sensor::<Real>(&config, N, 0.0);
+    let sensor = Scene { seed, ..scenario::sensor::<Real>(&config, N, 0.0, 1) };
+    let mut run = row.scene(&sensor, N, (350.0, snr_db), None).run(trial).unwrap();
     let mut pipeline = pipeline(config);
     let mut last = Measurement::default();
     for (number, &segment) in config.scene.segments().iter().enumerate() {
-        let rng = &mut generator(seed, 3 * trial + number as u64);
-        let target = echoes::target(row, &sensor, 350.0, rng);
-        let receiver = sensor.receiver.with_snr(target.amplitude, snr_db);
-        let sensor = sensor.clone().received_by(receiver);
-        let samples = echoes::codes::<Real>(&sensor, &[target], (0, number), rng);
-        last = pipeline.block(&stamp(number as u32, segment), samples.as_array().unwrap());
+        let samples = samples::<Real, N>(&mut run, number);
+        last = pipeline.block(&stamp(number as u32, segment), &samples);
     }
     last
 }
@@ -73,7 +73,7 @@ fn every_row_is_inside_the_papers_bars_at_minus_five_decibels() {
 #[test]
 fn a_target_never_mixes_two_chirps() {
     let row = Row { range_m: 50.0, velocity_mps: 10.0 };
-    let samples = block(&Signal::tone(100.2, 1000.0, 20.0), 1, 0);
+    let samples = block(100.2, 1000.0, 70.0);
     use Segment::{Down, Flat, Up};
     for (blocks, complete) in [
         (&[(0, Up), (1, Flat), (2, Down)][..], true),
@@ -95,36 +95,24 @@ fn a_target_never_mixes_two_chirps() {
 }
 
 #[test]
-fn an_offset_changes_nothing() {
-    let signal = Signal::tone(40.3, 500.0, 20.0);
-    let plain = block(&signal, 2, 0);
-    let raised = plain.map(|x| x + 900);
-    let measure = |samples| pipeline(scenario::lidar()).block(&Stamp::default(), samples).tone;
-    let (plain, raised) = (measure(&plain), measure(&raised));
-    assert_eq!(plain.verdict, Verdict::Good);
-    assert!((plain.frequency.bins(N) - raised.frequency.bins(N)).abs() < 1e-4);
-    let unsigned = Config { codes: Codes::unsigned::<12>(), ..scenario::lidar() };
-    let shifted = block(&signal, 2, 0).map(|x| x + 2048);
-    let unsigned = pipeline(unsigned).block(&Stamp::default(), &shifted).tone;
-    assert!((plain.frequency.bins(N) - unsigned.frequency.bins(N)).abs() < 1e-4);
-    assert_eq!(unsigned.verdict, Verdict::Good);
-}
-
-#[test]
-fn what_is_not_a_clean_tone_says_so() {
-    let verdict = |samples: &[i16; N], gap| {
-        let stamp = Stamp { gap, ..Stamp::default() };
-        pipeline(scenario::lidar()).block(&stamp, samples).tone.verdict
-    };
-    let good = block(&Signal::tone(100.3, 1000.0, 10.0), 3, 0);
-    assert_eq!(verdict(&good, false), Verdict::Good);
-    assert_eq!(verdict(&good, true), Verdict::Gap);
-    assert_eq!(verdict(&[0; N], false), Verdict::NoSignal);
-    assert_eq!(verdict(&[-1234; N], false), Verdict::NoSignal);
-    let clipped = block(&Signal::tone(100.3, 3000.0, 30.0), 3, 1);
-    assert_eq!(verdict(&clipped, false), Verdict::Clipped);
-    let edge = block(&Signal::tone(1.2, 1000.0, 30.0), 3, 2);
-    assert_eq!(verdict(&edge, false), Verdict::NearEdge);
-    let noise = block(&Signal::tone(100.3, 20.0, -30.0), 3, 3);
-    assert_eq!(verdict(&noise, false), Verdict::Weak);
+fn each_verdict_where_it_belongs() {
+    for arithmetic in [Arithmetic::Float, Arithmetic::Fixed] {
+        let config = Config { arithmetic, ..Config::new(1.0, Codes::signed::<12>()) };
+        for (bins, amplitude, gap, wanted) in [
+            (100.3, 1000.0, false, Verdict::Good),
+            (1.2, 1000.0, false, Verdict::NearEdge),
+            (510.8, 1000.0, false, Verdict::NearEdge),
+            (100.3, 2300.0, false, Verdict::Clipped),
+            (100.3, 1000.0, true, Verdict::Gap),
+            (100.3, 0.05, false, Verdict::Weak),
+        ] {
+            let stamp = Stamp { gap, ..Stamp::default() };
+            let tone = pipeline(config).block(&stamp, &block(bins, amplitude, 2.0)).tone;
+            assert_eq!(tone.verdict, wanted, "{arithmetic:?}: {amplitude} codes at {bins}");
+        }
+        for code in [0, 5, -1234] {
+            let tone = pipeline(config).block(&Stamp::default(), &[code; N]).tone;
+            assert_eq!(tone.verdict, Verdict::NoSignal, "{arithmetic:?}: {code}");
+        }
+    }
 }

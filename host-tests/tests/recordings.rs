@@ -7,7 +7,7 @@ use picket_dsp::config::SPEED_OF_LIGHT;
 use picket_dsp::methods::registry::Method;
 use picket_dsp::tone::fit::Reach;
 use picket_dsp::{
-    Chirp, Config, Iq, Mixing, Outcome, Pipeline, Real, Record, Scene, Shape, Verdict,
+    Chirp, Config, Iq, Mixing, Outcome, Pipeline, Real, Record, Scene, Shape, Stamp, Verdict,
 };
 use picket_host::analyze::{self, Analysis, Answer};
 use picket_host::arithmetic::{Arithmetic, whole};
@@ -251,4 +251,41 @@ fn every_method_has_a_name() {
         let found = Estimator::from_name(method.name(), Reach::Eight).unwrap();
         assert_eq!(found, Estimator::Core { method: *method, reach: Reach::Eight });
     }
+}
+
+/// A recording of a 1 kHz generator through a sound card, 44100 samples a second; its first 4 seconds are
+/// clean. About 7 % of the samples clip, so noise and sigma come from the others.
+#[test]
+#[ignore = "needs a recording that is named: PICKET_TONE_1KHZ, see host-tests/data/README.md"]
+fn named_a_recorded_tone_of_a_generator() {
+    let bytes = std::fs::read(tone_1khz()).unwrap();
+    let samples: Vec<i16> = bytes.as_chunks().0.iter().map(|&b| i16::from_le_bytes(b)).collect();
+    let plan = Config::new(44100.0, Codes::signed::<16>()).plan::<Real, 4096>().unwrap();
+    let mut pipeline = Pipeline::<Real, 4096>::new(plan);
+    let mean = |values: &mut dyn ExactSizeIterator<Item = f64>| {
+        let count = values.len() as f64;
+        values.sum::<f64>() / count
+    };
+    let seen: Vec<_> = samples[..176_400]
+        .as_chunks::<4096>()
+        .0
+        .iter()
+        .map(|block| pipeline.block(&Stamp::default(), block))
+        .collect();
+    let hertz: Vec<_> = seen.iter().map(|m| m.tone.frequency.hertz(44100.0)).collect();
+    let middle = mean(&mut hertz.iter().copied());
+    let scatter = mean(&mut hertz.iter().map(|f| (f - middle).powi(2))).sqrt();
+    let sigma = mean(&mut seen.iter().map(|m| f64::from(m.tone.sigma) * 44100.0));
+    let clipped = mean(&mut seen.iter().map(|m| f64::from(m.clipped) / 4096.0));
+    println!(
+        "{} blocks: {middle:.5} Hz, scatter {:.3} mHz, sigma {:.3} mHz, SNR {:.1} dB, clipped {:.1} %, {:?}",
+        seen.len(),
+        scatter * 1e3,
+        sigma * 1e3,
+        mean(&mut seen.iter().map(|m| f64::from(m.tone.snr_db()))),
+        clipped * 100.0,
+        seen[0].tone.verdict
+    );
+    assert!(scatter <= 0.3e-3 && scatter <= sigma && sigma <= 3.0 * scatter);
+    assert!(seen.iter().all(|m| m.tone.verdict == Verdict::Clipped));
 }

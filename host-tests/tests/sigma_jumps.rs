@@ -1,9 +1,10 @@
 //! The sigma of a steady tone beside hum or a second tone, from block to block: it is even, or `picket explain` names what widened it.
 
-use picket_dsp::{Codes, Config, Pipeline, Stamp};
-use picket_dsp::{Iq, Real};
+use picket_claims::samples;
+use picket_claims::scenes::{Kind, deviation, line, tones};
+use picket_dsp::{Codes, Config, Iq, Pipeline, Real, Record, Stamp};
 use picket_host::explain::rows::{Notes, Row, rows};
-use picket_host::simulate::{Kind, Line, Signal, codes, generator};
+use picket_simulator::{Draw, Scene};
 use rayon::prelude::*;
 
 const N: usize = 1024;
@@ -22,24 +23,28 @@ enum Beside {
     Tone(f64, f64),
 }
 
-/// A block of a tone, with another phase of both in each trial: its sigma, and the tests behind its verdict.
-fn block<R: Kind>(bins: f64, beside: Beside, snr_db: f64, trial: u64) -> (f32, Vec<Row>) {
-    let (line, level_db) = match beside {
+/// The blocks of a tone, with another phase of both in each: their sigmas, and the tests behind their verdicts.
+fn blocks<R: Record>(bins: f64, beside: Beside, snr_db: f64) -> Vec<(f32, Vec<Row>)> {
+    let (place, level_db) = match beside {
         Beside::Hum(cycles, level_db) => (cycles, level_db),
         Beside::Tone(away, level_db) => (bins + away, level_db),
     };
-    let mut signal = Signal::tone(bins, AMPLITUDE, snr_db);
-    let amplitude = AMPLITUDE * 10f64.powf(level_db / 20.0);
-    signal.lines.push(Line { bins: line, amplitude, phase: None });
-    let samples = codes::<R>(&signal.record::<R>(N, &mut generator(SEED, trial)));
+    let other = line(place, AMPLITUDE * 10f64.powf(level_db / 20.0));
+    let noise = deviation(AMPLITUDE, snr_db);
+    let scene = tones(Kind::of::<R>(), N, [line(bins, AMPLITUDE), other], noise);
     // The tone is what is searched for, whatever the hum's level.
     let config =
         Config { band_hz: Some((12.0, 500.0)), ..Config::new(N as f64, Codes::signed::<12>()) };
-    let mut pipeline = Pipeline::<R, N>::new(config.plan().unwrap());
-    let notes = Notes::default();
-    let samples = samples.as_slice().try_into().unwrap();
-    let (_, tone, evidence) = pipeline.explain(&Stamp::default(), samples, &notes);
-    (tone.sigma, rows(&notes.taken().0, &evidence, N))
+    let plan = config.plan().unwrap();
+    let block = |trial: u64| {
+        let scene = Scene { seed: Draw::new(SEED, trial).bits(), ..scene.clone() };
+        let samples = samples::<R, N>(&mut scene.run(0).unwrap(), 0);
+        let notes = Notes::default();
+        let mut pipeline = Pipeline::<R, N>::new(plan);
+        let (_, tone, evidence) = pipeline.explain(&Stamp::default(), &samples, &notes);
+        (tone.sigma, rows(&notes.taken().0, &evidence, N))
+    };
+    (0..BLOCKS).into_par_iter().map(block).collect()
 }
 
 /// Twice the sigma of noise alone is four times its variance: of a line that is called steady the test of that name tells at least half of it.
@@ -58,9 +63,8 @@ fn causes(rows: &[Row]) -> Vec<&'static str> {
 }
 
 /// The share of the blocks whose sigma is above twice the median, and how many of these no test explains.
-fn wide<R: Kind>(bins: f64, beside: Beside, snr_db: f64) -> (f64, usize) {
-    let blocks: Vec<(f32, Vec<Row>)> =
-        (0..BLOCKS).into_par_iter().map(|trial| block::<R>(bins, beside, snr_db, trial)).collect();
+fn wide<R: Record>(bins: f64, beside: Beside, snr_db: f64) -> (f64, usize) {
+    let blocks = blocks::<R>(bins, beside, snr_db);
     let mut sigmas: Vec<f32> = blocks.iter().map(|(sigma, _)| *sigma).collect();
     sigmas.sort_by(f32::total_cmp);
     let median = sigmas[sigmas.len() / 2];
@@ -77,7 +81,7 @@ fn wide<R: Kind>(bins: f64, beside: Beside, snr_db: f64) -> (f64, usize) {
         tests.dedup();
         println!(
             "{}, tone at {bins}, {beside:?}, {snr_db} dB: {:.0} % wide, by {}",
-            R::NAME,
+            Kind::of::<R>().name(),
             100.0 * share,
             tests.join(" ")
         );

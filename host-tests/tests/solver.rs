@@ -1,17 +1,15 @@
 //! The chirp solver: exact on the paper's rows, equal to weighted least squares, honest sigmas.
 
-use picket_dsp::acquire::sample::Real;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Iq, Real};
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::solve::chirp::{self, Ambiguity, Mixing, Scale, Shape};
 use picket_dsp::solve::equations::{Chirp, Equations};
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::{Tone, Verdict};
 use picket_host::scenario::{self, Row};
-use picket_simulator::scene::{Receiver, Source, Target, Waveform};
+use picket_simulator::Draw;
 use proptest::prelude::*;
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 
 const N: usize = 1024;
 
@@ -30,27 +28,12 @@ fn equations() -> Equations {
 /// The beats of a target in the segments of a chirp, signed cycles per sample, from the phases of its records. The row is that of the chirp's
 /// middle.
 fn beats(chirp: &Chirp, rate_hz: f64, row: &Row) -> Vec<f64> {
-    let segments = chirp.shape.segments().len();
-    let waveform = Waveform::from_chirp(chirp, N, 0.0);
-    let mixing = chirp.mixing.into();
-    let mut scene = picket_simulator::Scene {
-        rate_hz,
-        seconds: 4.0 * chirp.duration_s,
-        waveform: Some(waveform),
-        receiver: Receiver { iq: true, mixing, ..Receiver::default() },
-        ..picket_simulator::Scene::default()
-    };
-    let ends = [0, segments - 1].map(|segment| scene.start_s(segment, N));
-    let middle_s = f64::midpoint(ends[0], ends[1]) + 0.5 * (N - 1) as f64 / rate_hz;
-    scene.sources = vec![Source::Target(Target {
-        range_m: (row.range_m + row.velocity_mps * middle_s).into(),
-        velocity_mps: row.velocity_mps.into(),
-        amplitude: Some(1.0.into()),
-        ..Target::default()
-    })];
-    let run = scene.run(0).unwrap();
-    let beat = |segment| run.truth(0, scene.start_s(segment, N), N).frequency_hz / rate_hz;
-    (0..segments).map(beat).collect()
+    let scene = Scene::Chirp(*chirp);
+    let config = Config { scene, ..Config::new(rate_hz, Codes::signed::<12>()) };
+    let sensor = scenario::sensor::<Iq>(&config, N, 0.0, 1);
+    let run = row.scene(&sensor, N, (1.0, 0.0), None).run(0).unwrap();
+    let beat = |segment| run.truth(0, sensor.start_s(segment, N), N).frequency_hz / rate_hz;
+    (0..sensor.segments()).map(beat).collect()
 }
 
 fn tone(cycles: f64, sigma: f32) -> Tone {
@@ -244,7 +227,7 @@ proptest! {
 #[test]
 fn sigmas_explain_the_errors() {
     println!("seed 11");
-    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    let mut draw = Draw::new(11, 0);
     let row = Row { range_m: 50.0, velocity_mps: 10.0 };
     for sigmas in [[3e-5f32; 3], [1e-5, 4e-5, 2e-5]] {
         let trials = 20_000;
@@ -252,8 +235,7 @@ fn sigmas_explain_the_errors() {
         for _ in 0..trials {
             let mut beats = tones(&row, None, sigmas);
             for (beat, sigma) in beats.iter_mut().zip(sigmas) {
-                let noise: f64 = StandardNormal.sample(&mut rng);
-                *beat = tone(beat.frequency.cycles() + noise * f64::from(sigma), sigma);
+                *beat = tone(beat.frequency.cycles() + draw.normal() * f64::from(sigma), sigma);
             }
             let target = chirp::trapezoid(&beats, false, &equations());
             let square = |got: fixed::types::I32F32, truth: f64, sigma: f32| {
@@ -281,6 +263,10 @@ fn configuration_errors_are_found() {
     assert_eq!(check(Config { band_hz: Some((0.0, 126e6)), ..good }), Some(ConfigError::Band));
     assert_eq!(check(Config { band_hz: Some((1.0, 2.0)), ..good }), Some(ConfigError::Band));
     assert_eq!(check(Config { rate_hz: 90e6, ..good }), Some(ConfigError::Ramp));
+    for bound in [(5.0, -5.0), (f64::NAN, 1.0), (0.0, f64::INFINITY)] {
+        assert_eq!(check(Config { velocity_mps: Some(bound), ..good }), Some(ConfigError::Bounds));
+        assert_eq!(check(Config { range_m: Some(bound), ..good }), Some(ConfigError::Bounds));
+    }
     let still = Scene::Doppler {
         wavelength_m: 1e-6,
         angle_rad: std::f64::consts::FRAC_PI_2,

@@ -1,10 +1,11 @@
 //! The tracker on noisy 12-bit records and on recordings: what it gains and whether it knows, gaps, predictions. What it answers of targets
 //! that move is in `claims/tests/tracks.rs`.
 
+use picket_claims::samples;
+use picket_claims::scenes::{Kind, deviation, line, tones};
 use picket_dsp::acquire::codes::Codes;
-use picket_dsp::acquire::sample::{Iq, Real, Segment, Stamp};
+use picket_dsp::acquire::sample::{Iq, Real, Record, Segment, Stamp};
 use picket_dsp::config::{Config, Following};
-use picket_dsp::pipeline::Measurement;
 use picket_dsp::solve::track::{State, Track};
 use picket_dsp::tone::Verdict;
 use picket_dsp::tone::fit::Reach;
@@ -12,50 +13,32 @@ use picket_dsp::tracker::Tracker;
 use picket_host::analyze::cut::Cut;
 use picket_host::follow::{self, Pursuit, Sighting};
 use picket_host::recording::Options;
-use picket_host::simulate::{Signal, generator};
-use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::StandardNormal;
+use picket_simulator::scene::{Change, Tone};
+use picket_simulator::{Draw, Scene, Value};
 use rayon::prelude::*;
 
 fn one() -> Following {
     Following { most: 1, ..Following::default() }
 }
 
-fn tracker<const N: usize>(following: Following) -> Tracker<Real, N> {
+/// A tone of 100 codes that steps through these places in bins, a block each.
+fn stepping(n: usize, places: &[f64], snr_db: f64, seed: u64) -> Scene {
+    let tone = line(Value::steps(places.iter().copied()), 100.0);
+    let scene = tones(Kind::Real, n, [tone], deviation(100.0, snr_db));
+    Scene { seed, seconds: places.len() as f64, ..scene }
+}
+
+fn tracker<R: Record, const N: usize>(following: Following) -> Tracker<R, N> {
     let config = Config { following, ..Config::new(1.0, Codes::signed::<12>()) };
-    Tracker::new(config.plan::<Real, N>().unwrap())
+    Tracker::new(config.plan::<R, N>().unwrap())
 }
 
-/// Feeds blocks of a tone that may move.
-struct Feed<const N: usize> {
-    tracker: Tracker<Real, N>,
-    rng: ChaCha8Rng,
-    sequence: u32,
-    snr_db: f64,
+fn held<const N: usize>(tracker: &Tracker<Real, N>) -> Option<&Track> {
+    tracker.tracks(Segment::Continuous).iter().find(|track| track.state == State::Held)
 }
 
-impl<const N: usize> Feed<N> {
-    fn new(following: Following, snr_db: f64, seed: u64, run: u64) -> Self {
-        Self { tracker: tracker(following), rng: generator(seed, run), sequence: 0, snr_db }
-    }
-
-    fn block(&mut self, bins: f64) -> Measurement {
-        let signal = Signal::tone(bins, 100.0, self.snr_db);
-        let samples: [i16; N] = signal.codes::<Real>(N, &mut self.rng).try_into().unwrap();
-        let stamp = Stamp { sequence: self.sequence, ..Stamp::default() };
-        self.sequence += 1;
-        self.tracker.block(&stamp, &samples)
-    }
-
-    fn held(&self) -> Option<&Track> {
-        let mut tracks = self.tracker.tracks(Segment::Continuous).iter();
-        tracks.find(|track| track.state == State::Held)
-    }
-
-    fn bins(&self, track: &Track) -> f64 {
-        track.tone.frequency.bins(N)
-    }
+fn stamp(sequence: usize, gap: bool) -> Stamp {
+    Stamp { sequence: sequence as u32, gap, ..Stamp::default() }
 }
 
 /// Variance over a single block's, and (error / sigma)^2 of frequency and rate together, per state, of targets that accelerate at random:
@@ -76,32 +59,39 @@ fn the_filter_knows_its_own_covariance_however_a_target_accelerates() {
         let runs: Vec<[f64; 5]> = (0..RUNS)
             .into_par_iter()
             .map(|run| {
-                let following = Following { refresh, ..one() };
-                let mut feed = Feed::<N>::new(following, 10.0, SEED + (agility * 1e3) as u64, run);
-                let mut motion = generator(SEED + 1, run);
+                let mut motion = Draw::new(SEED + 1, run);
                 // The bound at 10 dB, times what least squares makes of it.
                 let sigma =
                     1.03 * (12.0 / (4.0 * std::f64::consts::PI.powi(2) * 256.0 * 10.0)).sqrt();
-                let (mut place, mut rate) = (60.0 + motion.random_range(-0.5..0.5), 0.0);
-                let mut sums = [0.0; 5];
-                for block in 0..100 {
-                    let push = agility * sigma * motion.sample::<f64, _>(StandardNormal);
+                let (mut place, mut rate) = (60.0 + motion.between(-0.5, 0.5), 0.0);
+                let step = |_| {
+                    let push = agility * sigma * motion.normal();
                     place += rate + push / 2.0;
                     rate += push;
-                    let single = feed.block(place).tone;
-                    let Some(track) = feed.held() else { continue };
+                    (place, rate)
+                };
+                let (places, rates): (Vec<f64>, Vec<f64>) = (0..100).map(step).unzip();
+                let seed = SEED + (agility * 1e3) as u64;
+                let mut records = stepping(N, &places, 10.0, seed).run(run).unwrap();
+                let mut tracker = tracker::<Real, N>(Following { refresh, ..one() });
+                let mut sums = [0.0; 5];
+                for (block, (place, rate)) in places.into_iter().zip(rates).enumerate() {
+                    let samples = samples::<Real, N>(&mut records, block);
+                    let single = tracker.block(&stamp(block, false), &samples).tone;
+                    let Some(track) = held(&tracker) else { continue };
                     if block < 40 || block % 5 > 0 {
                         continue;
                     }
                     let n = N as f64;
-                    let (e, v) = (feed.bins(track) - place, f64::from(track.rate()) * n - rate);
+                    let (e, v) =
+                        (track.tone.frequency.bins(N) - place, f64::from(track.rate()) * n - rate);
                     let [p, pv, pr] = track.covariance().map(|c| f64::from(c) * n * n);
                     sums[0] += e * e;
                     sums[1] += (single.frequency.bins(N) - place).powi(2);
                     sums[2] +=
                         (e * e * pr - 2.0 * e * v * pv + v * v * p) / (p * pr - pv * pv) / 2.0;
                     sums[3] += 1.0;
-                    sums[4] += f64::from(u8::from(feed.tracker.is_locked(Segment::Continuous)));
+                    sums[4] += f64::from(u8::from(tracker.is_locked(Segment::Continuous)));
                 }
                 sums
             })
@@ -121,50 +111,44 @@ fn the_filter_knows_its_own_covariance_however_a_target_accelerates() {
 /// Lost blocks are time that passes; after a gap the track stands and its rate is learnt anew.
 #[test]
 fn a_gap_widens_the_gate_and_keeps_the_track() {
-    let mut feed = Feed::<1024>::new(one(), 10.0, 0x7AC4_0006, 0);
-    let place = |sequence: u32| 100.0 + 0.5 * f64::from(sequence);
-    for sequence in 0..30 {
-        feed.block(place(sequence));
-    }
-    let number = feed.held().unwrap().number;
-    feed.sequence = 34;
-    feed.block(place(34));
-    let track = feed.held().unwrap();
-    assert_eq!(track.number, number);
-    assert!((feed.bins(track) - place(34)).abs() < 0.2);
+    let place = |block: usize| 100.0 + 0.5 * block as f64;
+    let mut places: Vec<f64> = (0..37).map(place).collect();
     // The flag of a gap says that the clock may have slipped: the target may be a bin away.
-    let samples: [i16; 1024] = Signal::tone(place(36) + 1.0, 400.0, 10.0)
-        .codes::<Real>(1024, &mut generator(1, 1))
-        .try_into()
-        .unwrap();
-    feed.tracker.block(&Stamp { sequence: 36, gap: true, ..Stamp::default() }, &samples);
-    let track = feed.held().unwrap();
-    assert_eq!((track.number, track.tone.verdict), (number, Verdict::Gap));
-    assert!((feed.bins(track) - place(36) - 1.0).abs() < 0.2);
+    places[36] += 1.0;
+    let mut records = stepping(1024, &places, 10.0, 0x7AC4_0006).run(0).unwrap();
+    let mut tracker = tracker::<Real, 1024>(one());
+    let mut block = |block: usize, gap| {
+        tracker.block(&stamp(block, gap), &samples::<Real, 1024>(&mut records, block));
+        let track = held(&tracker).copied().unwrap_or_default();
+        (track.number, track.tone.verdict, track.tone.frequency.bins(1024) - places[block])
+    };
+    (0..29).for_each(|at| _ = block(at, false));
+    let (number, ..) = block(29, false);
+    let (same, _, off) = block(34, false);
+    assert!(same == number && off.abs() < 0.2, "{off}");
+    let (same, verdict, off) = block(36, true);
+    assert!((same, verdict) == (number, Verdict::Gap) && off.abs() < 0.2, "{verdict} {off}");
 }
 
 /// A row without a measurement says so, and its sigma grows; the track goes on where its tone comes back.
 #[test]
 fn a_prediction_is_told_as_one() {
-    const SEED: u64 = 0x7AC4_0044;
-    println!("seed {SEED:#x}");
     const N: usize = 512;
-    let config = Config { following: one(), ..Config::new(8000.0, Codes::signed::<12>()) };
-    let (mut rng, mut tracker) =
-        (generator(SEED, 0), Tracker::<Iq, N>::new(config.plan().unwrap()));
+    let gone = |block: usize| (40..43).contains(&block);
+    let db = Value::steps((0..60).map(|block| if gone(block) { -200.0 } else { 0.0 }));
+    let tone = Tone { changes: vec![Change::Level { db }], ..line(-80.4, 400.0) };
+    let mut scene = tones(Kind::Iq, N, [tone], deviation(400.0, 15.0));
+    scene.seconds = 60.0;
+    let mut records = scene.run(0).unwrap();
+    let mut tracker = tracker::<Iq, N>(one());
     let mut last = 0.0;
-    for sequence in 0..60 {
-        let gone = (40..43).contains(&sequence);
-        let amplitude = if gone { 1e-3 } else { 400.0 };
-        let snr_db = if gone { -100.0 } else { 15.0 };
-        let samples = Signal::tone(-80.4, amplitude, snr_db).codes::<Iq>(N, &mut rng);
-        let stamp = Stamp { sequence, ..Stamp::default() };
-        tracker.block(&stamp, samples.as_array().unwrap());
-        let [track] = tracker.tracks(Segment::Continuous) else { panic!("block {sequence}") };
-        assert_eq!(track.number, 0, "block {sequence}");
-        assert_eq!(track.tone.verdict == Verdict::Coasting, gone, "block {sequence}: {track:?}");
-        assert_eq!(track.misses > 0, gone, "block {sequence}");
-        assert!(!gone || track.tone.sigma > last, "block {sequence}");
+    for block in 0..60 {
+        tracker.block(&stamp(block, false), &samples::<Iq, N>(&mut records, block));
+        let [track] = tracker.tracks(Segment::Continuous) else { panic!("block {block}") };
+        assert_eq!(track.number, 0, "block {block}");
+        assert_eq!(track.tone.verdict == Verdict::Coasting, gone(block), "{block}: {track:?}");
+        assert_eq!(track.misses > 0, gone(block), "block {block}");
+        assert!(!gone(block) || track.tone.sigma > last, "block {block}");
         last = track.tone.sigma;
     }
 }

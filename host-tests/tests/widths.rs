@@ -3,6 +3,7 @@
 
 use host_tests::figures::hold;
 use host_tests::sized;
+use picket_claims::scenes::{Kind, line, tones};
 use picket_dsp::acquire::sample::{Real, Stamp};
 use picket_dsp::config::Config;
 use picket_dsp::pipeline::{Measurement, Pipeline};
@@ -11,12 +12,9 @@ use picket_dsp::tone::arithmetic::Arithmetic;
 use picket_firmware::pico::widths::{corrected, widen};
 use picket_firmware::pico::{N, Pairs};
 use picket_host::pico::converter::Converter;
+use picket_simulator::Draw;
 use picket_wire::settings::Settings;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Normal};
 use rayon::prelude::*;
-use std::f64::consts::TAU;
 
 /// A tone's amplitude and offset, and its converter.
 type Taken = (f64, f64, Converter);
@@ -40,66 +38,53 @@ struct Errors {
     median_sigma: f64,
 }
 
-/// The tone of a real record, of these voltages at each sample.
-fn real(voltage: &mut dyn FnMut(f64, f64) -> i16, bin: f64) -> Measurement {
-    let config = config();
-    let block: [i16; N] = std::array::from_fn(|n| voltage(TAU * bin * n as f64 / N as f64, 0.0));
-    Pipeline::<Real, N>::new(config.plan().unwrap()).block(&Stamp::default(), &block)
-}
-
-/// The same of I/Q pairs by turns: Q lags by a quarter of a turn, and half a pair.
-fn pairs(voltage: &mut dyn FnMut(f64, f64) -> i16, bin: f64) -> Measurement {
-    let rate_hz = config().rate_hz;
-    let side = [3.0, 512.0].map(|bin| bin / N as f64 * rate_hz);
-    let band_hz = Some(if bin > 0.0 { (side[0], side[1]) } else { (-side[1], -side[0]) });
-    let config = Config { band_hz, ..config() };
-    let mut block: [[i16; 2]; N] = std::array::from_fn(|n| {
-        let turn = |n: f64| TAU * bin * n / N as f64;
-        [voltage(turn(n as f64), 0.0), voltage(turn(n as f64 + 0.5), -0.25 * TAU)]
-    });
-    Pairs::new(config.plan().unwrap()).block(&Stamp::default(), &mut block)
-}
-
-/// How a tone of so many bins is measured, by its voltage at a phase with a lag.
-type Measured = fn(&mut dyn FnMut(f64, f64) -> i16, f64) -> Measurement;
-
 fn config() -> Config {
     Config { arithmetic: Arithmetic::Fixed, ..Settings::default().config }
 }
 
-/// The errors of so many tones, each at any frequency and phase, in noise of 1.2 codes.
-fn errors(name: &str, how: Handling, seed: u64, taken: impl Fn(u64) -> Taken + Sync) -> Errors {
-    errors_of((real, false), name, how, seed, taken)
+/// The tone of a record of these codes, in place for I/Q pairs by turns.
+fn measured(kind: Kind, mut block: [[i16; 2]; N], bin: f64) -> Measurement {
+    let config = config();
+    if kind == Kind::Real {
+        let block = block.map(|[code, _]| code);
+        return Pipeline::<Real, N>::new(config.plan().unwrap()).block(&Stamp::default(), &block);
+    }
+    let side = [3.0, 512.0].map(|bin| bin / N as f64 * config.rate_hz);
+    let band_hz = Some(if bin > 0.0 { (side[0], side[1]) } else { (-side[1], -side[0]) });
+    let plan = Config { band_hz, ..config }.plan().unwrap();
+    Pairs::new(plan).block(&Stamp::default(), &mut block)
 }
 
-/// The same of another kind of record.
-fn errors_of(
-    (measured, signed): (Measured, bool),
-    name: &str,
-    how: Handling,
+/// The errors of so many tones, each at any frequency and phase, in noise of 1.2 codes: of real records, or of pairs by turns, whose Q lags by a
+/// quarter of a turn, and half a pair.
+fn errors(
+    (name, kind, how): (&str, Kind, Handling),
     seed: u64,
     taken: impl Fn(u64) -> Taken + Sync,
 ) -> Errors {
-    let config = config();
     let trials = sized(4_000, 40_000);
     let each = |trial: u64| {
-        let mut rng = ChaCha8Rng::seed_from_u64(1_000_000 * seed + trial);
         let (amplitude, offset, converter) = taken(trial);
-        let (bin, phase) = (rng.random_range(5.0..505.0), rng.random_range(0.0..TAU));
         // Real records have no sign.
-        let bin = if signed && trial % 2 == 1 { -bin } else { bin };
-        let noise = Normal::new(0.0, 1.2).unwrap();
-        let mut voltage = |turn: f64, lag: f64| {
-            let tone = amplitude * (turn + phase + lag).cos();
-            let code = converter.code(offset + tone + noise.sample(&mut rng));
+        let lower = kind == Kind::Iq && trial % 2 == 1;
+        let bins = if lower { -505.0..-5.0 } else { 5.0..505.0 };
+        let mut scene = tones(kind, N, [line(bins, amplitude)], 1.2);
+        (scene.seed, scene.receiver.offset) = (seed, [offset.into(), offset.into()]);
+        scene.receiver.q_late_s = (-0.5 / N as f64).into();
+        let mut run = scene.run(trial).unwrap();
+        let bin = run.truth(0, 0.0, N).frequency_hz;
+        let voltages = run.voltages(0.0, N);
+        let code = |voltage: f64| {
+            let code = converter.code(voltage);
             if how == Handling::Corrected { corrected(code) } else { code }
         };
-        let mut measurement = measured(&mut voltage, bin);
+        let block = std::array::from_fn(|n| voltages[n].map(code));
+        let mut measurement = measured(kind, block, bin);
         if how != Handling::Raw {
-            widen(&mut measurement, how == Handling::Corrected, signed);
+            widen(&mut measurement, how == Handling::Corrected, kind == Kind::Iq);
         }
         let tone = measurement.tone;
-        let error = tone.hertz() - bin / N as f64 * config.rate_hz;
+        let error = tone.hertz() - bin / N as f64 * config().rate_hz;
         (error, tone.sigma_hertz(), tone.verdict == Verdict::Good)
     };
     let all: Vec<(f64, f64, bool)> = (0..trials).into_par_iter().map(each).collect();
@@ -142,7 +127,7 @@ fn full_scale_tones_before_and_after_the_table() {
     ];
     let mut all = Vec::new();
     for (name, how, converter) in &rows {
-        let errors = errors(name, *how, 18, |_| (1900.0, 2048.0, converter.clone()));
+        let errors = errors((name, Kind::Real, *how), 18, |_| (1900.0, 2048.0, converter.clone()));
         all.push(errors);
     }
     let figures = |errors: &Errors| {
@@ -176,8 +161,7 @@ fn sigma_holds_for_pairs_by_turns() {
         ("pairs, steps a third less", Handling::Corrected, wrong(2.0 / 3.0)),
         ("pairs, steps a third more", Handling::Corrected, wrong(4.0 / 3.0)),
     ] {
-        let errors =
-            errors_of((pairs, true), name, how, 19, |_| (1900.0, 2048.0, converter.clone()));
+        let errors = errors((name, Kind::Iq, how), 19, |_| (1900.0, 2048.0, converter.clone()));
         assert!(errors.worst_sigmas < [5.5, 6.5][sized(0, 1) as usize], "{}", errors.worst_sigmas);
         assert!((0.6..1.05).contains(&errors.rms_sigmas), "{}", errors.rms_sigmas);
     }
@@ -187,12 +171,13 @@ fn sigma_holds_for_pairs_by_turns() {
 #[test]
 fn sigma_holds_on_any_converter() {
     for seed in 0..sized(1, 5) {
-        let errors = errors("corrected, any", Handling::Corrected, 81 + seed, |trial| {
-            let mut rng = ChaCha8Rng::seed_from_u64(trial);
-            let amplitude = 2_000.0 * 10f64.powf(-rng.random_range(0.0..1.5));
+        let any = ("corrected, any", Kind::Real, Handling::Corrected);
+        let errors = errors(any, 81 + seed, |trial| {
+            let mut draw = Draw::new(81 + seed, trial);
+            let amplitude = 2_000.0 * 10f64.powf(-draw.between(0.0, 1.5));
             let room = 2_040.0 - amplitude;
-            let offset = 2_048.0 + rng.random_range(-room..room);
-            let steps = std::array::from_fn(|_| rng.random_range(2.0 / 3.0..4.0 / 3.0));
+            let offset = 2_048.0 + draw.between(-room, room);
+            let steps = std::array::from_fn(|_| draw.between(2.0 / 3.0, 4.0 / 3.0));
             (amplitude, offset, Converter::from_steps(steps))
         });
         assert!(errors.worst_sigmas < 5.5, "{}", errors.worst_sigmas);

@@ -12,29 +12,19 @@
 mod change;
 mod draw;
 mod flow;
-mod fringes;
 mod noise;
 mod path;
 mod random;
-mod receiver;
 mod run;
 pub mod scene;
-mod sensor;
-mod target;
 mod value;
 mod waveform;
 
 pub use draw::Draw;
 pub use flow::Passed;
-pub use fringes::{Fringes, Particle};
-pub use random::Speckle;
-pub use receiver::Receiver;
 pub use run::{Run, Truth};
 pub use scene::Scene;
-pub use sensor::Sensor;
-pub use target::Target;
 pub use value::Value;
-pub use waveform::{Segment, Waveform};
 
 #[cfg(feature = "json")]
 impl Scene {

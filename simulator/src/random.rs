@@ -2,27 +2,8 @@
 
 use core::f64::consts::PI;
 
-/// A Wiener process at `times`, in any order. It is 0 at the earliest of them, and its standard deviation grows by `step` with the root of the
-/// time. `normal` draws a normal number for each different time but the first.
-///
-/// The phase of an oscillator whose line is Lorentzian and `w` wide at half of its height walks by `sqrt(2 pi w)` radians.
-pub(crate) fn walk(times: &[f64], step: f64, mut normal: impl FnMut() -> f64) -> Vec<f64> {
-    let mut order: Vec<usize> = (0..times.len()).collect();
-    order.sort_by(|&a, &b| times[a].total_cmp(&times[b]));
-    let mut walked = vec![0.0; times.len()];
-    let (mut last, mut place) = (order.first().map(|&first| times[first]), 0.0);
-    for index in order {
-        let span = last.map_or(0.0, |last| times[index] - last);
-        if span > 0.0 {
-            place += step * libm::sqrt(span) * normal();
-            last = Some(times[index]);
-        }
-        walked[index] = place;
-    }
-    walked
-}
-
-/// A Wiener process between two times, in cycles or in whatever its deviation has, at any time in between.
+/// A Wiener process between two times, in cycles or in whatever its deviation has, at any time in between. The phase of an oscillator whose
+/// line is Lorentzian and `w` wide at half of its height walks by `sqrt(2 pi w)` radians with the root of the time.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Wander {
     from_s: f64,
@@ -68,7 +49,7 @@ impl Wander {
 /// The complex envelope of an echo from a rough surface that moves across a Gaussian beam: the sum of many scatterers, each of which is
 /// lit while it crosses. Its mean power is 1, its spectrum Gaussian.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Speckle {
+pub(crate) struct Speckle {
     /// When the first scatterer is in the middle of the beam, and the time from one to the next.
     first: f64,
     spacing: f64,
@@ -127,55 +108,18 @@ impl Speckle {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     use super::*;
-
-    /// Two normal numbers at a time, of a generator that is good enough for a test (splitmix64, Box and Muller).
-    pub(crate) fn normals() -> impl FnMut() -> f64 {
-        let (mut state, mut spare) = (1u64, None);
-        let mut share = move || {
-            state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-            let mut z = state;
-            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-            ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-        };
-        move || {
-            spare.take().unwrap_or_else(|| {
-                let radius = libm::sqrt(-2.0 * libm::log(1.0 - share()));
-                let (sin, cos) = libm::sincos(2.0 * PI * share());
-                spare = Some(radius * sin);
-                radius * cos
-            })
-        }
-    }
-
-    /// Times in any order; equal ones have one value; the variance is that of the distance.
-    #[test]
-    fn a_walk_goes_by_the_root_of_the_time() {
-        let mut normal = normals();
-        let (mut squares, count) = ([0.0; 2], 20_000);
-        for _ in 0..count {
-            let walked = walk(&[7.0, 0.0, 3.0, 7.0, 3.5], 0.2, &mut normal);
-            assert_eq!((walked[1], walked[0]), (0.0, walked[3]));
-            squares[0] += walked[2] * walked[2];
-            squares[1] += (walked[0] - walked[4]).powi(2);
-        }
-        // A mean of 20,000 squares is known to 1 %, one sigma.
-        for (sum, span) in squares.into_iter().zip([3.0, 3.5]) {
-            assert!((sum / f64::from(count) / (0.04 * span) - 1.0).abs() < 0.04, "{sum} {span}");
-        }
-        assert!(walk(&[], 1.0, normal).is_empty());
-    }
+    use crate::draw::Draw;
 
     /// Its autocorrelation is that of a Gaussian line of the stated width, at any time.
     #[test]
     fn speckle_has_the_width_that_is_stated() {
         let (bandwidth, lag, count) = (0.3, 0.8, 40_000);
-        let mut normal = normals();
+        let mut draw = Draw::new(1, 0);
         let mut sums = [0.0; 4];
         for _ in 0..count {
-            let speckle = Speckle::new(2.0, 5.0, bandwidth, &mut normal);
+            let speckle = Speckle::new(2.0, 5.0, bandwidth, || draw.normal());
             for (sum, time) in sums.iter_mut().zip([2.0, 3.3, 5.0]) {
                 let [re, im] = speckle.at(time);
                 *sum += re * re + im * im;
@@ -197,10 +141,10 @@ pub(crate) mod tests {
     fn the_spot_has_the_bandwidth() {
         let (speed, diameter) = (2.0, 1e-3);
         let lag_s = 0.1 * diameter / (1.06 * speed);
-        let mut normal = normals();
+        let mut draw = Draw::new(1, 0);
         let mut sums = [0.0; 2];
         for _ in 0..4000 {
-            let speckle = Speckle::from_spot((0.0, lag_s), speed, diameter, &mut normal);
+            let speckle = Speckle::from_spot((0.0, lag_s), speed, diameter, || draw.normal());
             let [[a, b], [c, d]] = [speckle.at(0.0), speckle.at(lag_s)];
             sums = [sums[0] + a * c + b * d, sums[1] + a * a + b * b];
         }

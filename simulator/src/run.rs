@@ -770,17 +770,7 @@ impl crate::scene::Waveform {
                 };
                 Waveform::new(self.segments.iter().map(segment).collect(), self.period_s)
             }
-            shape => Waveform::ramps(
-                match shape {
-                    Shape::Trapezoid => picket_dsp::Shape::Trapezoid,
-                    Shape::Triangle => picket_dsp::Shape::Triangle,
-                    _ => picket_dsp::Shape::Sawtooth,
-                },
-                (self.carrier_hz, self.bandwidth_hz),
-                self.ramp_s,
-                self.curvature,
-                self.period_s,
-            ),
+            _ => Waveform::ramps(self),
         }
     }
 

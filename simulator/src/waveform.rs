@@ -1,11 +1,10 @@
 //! What a transmitter sends.
 
-use picket_dsp::config::SPEED_OF_LIGHT;
-use picket_dsp::{Chirp, Shape};
+use crate::scene::{self, Shape};
 
 /// A stretch of time in which the carrier is a polynomial of second order.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Segment {
+pub(crate) struct Segment {
     /// Carrier at the start, Hz.
     pub start_hz: f64,
     /// Slope at the start, Hz/s.
@@ -33,12 +32,10 @@ impl Segment {
 
 /// A transmitter's carrier over time. It repeats for ever, without a phase of its own at the seams.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Waveform {
+pub(crate) struct Waveform {
     segments: Vec<Segment>,
     /// From one repetition to the next, s.
     period_s: f64,
-    /// Width of the carrier's Lorentzian line at half of its height, Hz: its phase is a Wiener process.
-    pub linewidth_hz: f64,
 }
 
 impl Waveform {
@@ -55,36 +52,23 @@ impl Waveform {
         if period_s > taken {
             segments.push(Segment::steady(rest, period_s - taken));
         }
-        Self { segments, period_s: period_s.max(taken), linewidth_hz: 0.0 }
+        Self { segments, period_s: period_s.max(taken) }
     }
 
-    /// The chirp that a configuration describes, each `period_s` seconds, or without a pause where that is less.
-    pub fn chirp(chirp: &Chirp, period_s: f64) -> Self {
-        let low = SPEED_OF_LIGHT / chirp.wavelength_m;
-        let band = (low, chirp.bandwidth_hz);
-        Self::ramps(chirp.shape, band, chirp.duration_s, chirp.sweep_curvature, period_s)
-    }
-
-    /// Ramps of this shape from the lower end of a band, whose middle lies above a straight line by a share of the bandwidth.
-    pub(crate) fn ramps(
-        shape: Shape,
-        (low, bandwidth_hz): (f64, f64),
-        duration_s: f64,
-        curvature: f64,
-        period_s: f64,
-    ) -> Self {
-        let high = low + bandwidth_hz;
-        let (slope, e) = (bandwidth_hz / duration_s, 4.0 * curvature);
+    /// Ramps from the lower end of a band, whose middle lies above a straight line by a share of the bandwidth.
+    pub fn ramps(of: &scene::Waveform) -> Self {
+        let (low, high, duration_s) = (of.carrier_hz, of.carrier_hz + of.bandwidth_hz, of.ramp_s);
+        let (slope, e) = (of.bandwidth_hz / duration_s, 4.0 * of.curvature);
         let bend = -e * slope / duration_s;
         let up = Segment { start_hz: low, slope: slope * (1.0 + e), bend, duration_s };
         let down = Segment { start_hz: high, slope: -slope * (1.0 - e), bend, duration_s };
         let flat = Segment::steady(high, duration_s);
-        let segments = match shape {
+        let segments = match of.shape {
             Shape::Trapezoid => vec![up, flat, down],
             Shape::Triangle => vec![up, down],
-            Shape::Sawtooth => vec![up],
+            _ => vec![up],
         };
-        Self::new(segments, period_s)
+        Self::new(segments, of.period_s)
     }
 
     /// From one repetition to the next, s.
@@ -150,17 +134,17 @@ mod tests {
 
     #[test]
     fn cycles_are_the_integral_of_the_carrier_across_segments() {
-        let chirp = Chirp {
-            wavelength_m: SPEED_OF_LIGHT / 1e9,
+        let of = scene::Waveform {
+            carrier_hz: 1e9,
             bandwidth_hz: 0.3e9,
-            duration_s: 1e-6,
-            sweep_curvature: 0.05,
-            ..Chirp::default()
+            ramp_s: 1e-6,
+            curvature: 0.05,
+            ..scene::Waveform::default()
         };
         for (shape, period_s) in
             [(Shape::Trapezoid, 0.0), (Shape::Triangle, 3e-6), (Shape::Sawtooth, 0.0)]
         {
-            let waveform = Waveform::chirp(&Chirp { shape, ..chirp }, period_s);
+            let waveform = Waveform::ramps(&scene::Waveform { shape, period_s, ..of.clone() });
             for moment_s in [1e-9, 0.4e-6, 0.999e-6] {
                 for delay_s in [1e-10, 0.2e-6, 0.9e-6] {
                     let (exact, summed) =
@@ -173,15 +157,18 @@ mod tests {
 
     #[test]
     fn the_middle_of_a_bent_ramp_is_off_by_its_curvature() {
-        let chirp = Chirp { sweep_curvature: 0.01, ..Chirp::default() };
-        let waveform = Waveform::chirp(&chirp, 0.0);
-        let middle = |segment: &Segment| {
-            let t = segment.duration_s / 2.0;
-            segment.start_hz + segment.slope * t + segment.bend * t * t
+        let of = scene::Waveform {
+            shape: Shape::Trapezoid,
+            bandwidth_hz: 200e6,
+            ramp_s: 1e-3,
+            curvature: 0.01,
+            ..scene::Waveform::default()
         };
-        let low = SPEED_OF_LIGHT / chirp.wavelength_m;
+        let waveform = Waveform::ramps(&of);
         for segment in [0, 2] {
-            let share = (middle(&waveform.segments[segment]) - low) / chirp.bandwidth_hz;
+            let Segment { start_hz, slope, bend, duration_s } = waveform.segments[segment];
+            let t = duration_s / 2.0;
+            let share = (start_hz + slope * t + bend * t * t - of.carrier_hz) / of.bandwidth_hz;
             assert!((share - 0.51).abs() < 1e-9, "{share}");
         }
     }

@@ -1,5 +1,6 @@
 //! The exact Cramer-Rao bounds of tones in white noise.
 
+use picket_dsp::Record;
 use std::f64::consts::{PI, TAU};
 
 /// A line: its frequency in bins, its amplitude in codes, its phase at the first sample in radians.
@@ -44,6 +45,11 @@ pub fn real(n: usize, lines: &[Line], sigma: f64) -> Vec<f64> {
         }
     }
     (0..lines.len()).map(|j| sigma * g[j][j].sqrt()).collect()
+}
+
+/// The bound of the frequency of a tone alone, bins.
+pub fn tone<R: Record>(n: usize, line: Line, sigma: f64) -> f64 {
+    if R::IQ { iq(n, line.amplitude, sigma) } else { real(n, &[line], sigma).iter().sum() }
 }
 
 /// The bound of a complex tone's frequency, bins; `sigma` of each part.

@@ -29,6 +29,8 @@ pub enum Path {
     Locked(i32),
     /// The target of the last of so many chirps.
     Chirps(usize),
+    /// The target of so many sawtooth chirps together; of those that are listed the nearest.
+    Sequence(u32),
 }
 
 /// Which of its truths a tone's frequency is held against.
@@ -88,6 +90,7 @@ impl Case {
         let span = 1 << scene.converter.bits;
         let low = if scene.converter.unsigned { 0 } else { -span / 2 };
         let rails = [low, low + span - 1].map(|rail: i32| rail as i16);
+        let rails = scene.converter.rails.unwrap_or(rails);
         let codes = Codes::between(rails[0], rails[1]).unwrap_or(Codes::signed::<12>());
         let mut config = Config::new(scene.rate_hz, codes);
         if let Some(chirp) = told(&scene) {

@@ -18,6 +18,7 @@ mod words;
 
 pub use case::{Case, Engine, Path, Truths, told};
 pub use limit::{Asked, Event};
+pub use measure::samples;
 pub use seen::{Seen, Trial};
 pub use table::{hold, hold_together};
 pub use words::ANYTHING;

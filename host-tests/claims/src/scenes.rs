@@ -1,6 +1,7 @@
 //! Scenes that many cases begin with. A hertz is a bin, a second is a record.
 
-use picket_simulator::scene::{Noise, Receiver, Source, Tone};
+use picket_dsp::Record;
+use picket_simulator::scene::{Hum, Noise, Receiver, Source, Tone};
 use picket_simulator::{Scene, Value};
 
 /// Whether records are I/Q.
@@ -15,6 +16,11 @@ pub enum Kind {
 impl Kind {
     /// Both.
     pub const ALL: [Self; 2] = [Kind::Real, Kind::Iq];
+
+    /// That of a type of records.
+    pub const fn of<R: Record>() -> Self {
+        if R::IQ { Kind::Iq } else { Kind::Real }
+    }
 
     /// The name in labels.
     pub const fn name(self) -> &'static str {
@@ -44,6 +50,33 @@ pub fn anywhere(kind: Kind, n: usize) -> Value {
 /// A tone.
 pub fn line(frequency_hz: impl Into<Value>, amplitude: f64) -> Tone {
     Tone { frequency_hz: frequency_hz.into(), amplitude: Some(amplitude.into()), ..Tone::default() }
+}
+
+/// A tone so many bins beside the first, at a level over it, dB.
+pub fn beside(bins: impl Into<Value>, level_db: impl Into<Value>) -> Tone {
+    Tone {
+        frequency_hz: bins.into(),
+        beside: Some(0),
+        level_db: Some(level_db.into()),
+        ..Tone::default()
+    }
+}
+
+/// The tone that comes first.
+///
+/// # Panics
+/// Another source does.
+pub fn first(scene: &mut Scene) -> &mut Tone {
+    match scene.sources.first_mut() {
+        Some(Source::Tone(tone)) => tone,
+        _ => panic!("a tone comes first"),
+    }
+}
+
+/// Hum of so many cycles, codes.
+pub fn hum(cycles: impl Into<Value>, codes: f64) -> Hum {
+    let (frequency_hz, amplitude) = (cycles.into(), codes.into());
+    Hum { frequency_hz, amplitude, harmonics: vec![], phase_turns: None, direction_turns: None }
 }
 
 /// Sources in noise of so many codes rms, a record of `n` samples.

@@ -369,3 +369,41 @@ fn two_targets_make_no_ghost() {
     }
     hold(rows);
 }
+
+/// Velocity from the phases of sawtooth chirps: the right one is listed, within its sigmas, and alone it is right. As far as the range's movement
+/// tells the turns, it is alone. A car at 77 GHz, whose beats move within each chirp, has an answer, too.
+#[test]
+fn a_sequence_of_chirps_has_a_velocity() {
+    let slow = radar(23.9, 200.0, 2.048, 0.5, (15.0, 80.0));
+    let fast = radar(77.0, 300.0, 0.11, 10.0, (15.0, 60.0));
+    let mut rows = Vec::new();
+    for (radar, kind, period_s, speed, snr_db, chirps, trials, alone) in [
+        (slow, Real, 2.2e-3, 4.0, 20.0, 3, 300, 0.0),
+        (slow, Real, 2.2e-3, 4.0, 10.0, 4, 300, 0.0),
+        (slow, Real, 2.2e-3, 4.0, 0.0, 8, 300, 0.0),
+        (slow, Real, 2.2e-3, 4.0, 10.0, 32, 300, 0.99),
+        (slow, Real, 2.2e-3, 4.0, 20.0, 64, 300, 0.99),
+        (fast, Iq, 0.0, 50.0, 40.0, 64, 40, 0.5),
+    ] {
+        let (near, far) = radar.ranges_m;
+        let amplitude = amplitude(snr_db);
+        let targets = vec![target(near..far, -speed..speed, amplitude)];
+        let mut scene = radar.scene(kind, 1024, Shape::Sawtooth, chirps, targets);
+        scene.waveform.as_mut().unwrap().period_s = period_s;
+        scene.receiver.noise.rms = Some(deviation(amplitude, snr_db).into());
+        let label =
+            |what| format!("a sequence: {chirps} chirps, {}, {snr_db} dB|{what}", radar.name());
+        let case = |what| {
+            let case = Case::new(label(what), scene.clone(), 1024);
+            case.by(Path::Sequence(chirps as u32)).trials(trials)
+        };
+        let listed = case("listed").whatever_the_verdict().at_least(0.99, Event::Within(6.0));
+        rows.push(if period_s > 0.0 {
+            listed.square(0.85, 1.15).asks(Asked::Square { quantity: 1, least: 0.85, most: 1.15 })
+        } else {
+            listed
+        });
+        rows.push(case("alone").at_least(alone, Event::Usable).never(Event::Wrong(6.0)));
+    }
+    hold(rows);
+}

@@ -1,10 +1,10 @@
 //! What each effort makes of a tone with one thing beside it: the table of docs/effort.md.
 
 use picket_claims::figures::{hold as hold_figures, long};
-use picket_claims::scenes::{Kind, line, tones};
+use picket_claims::scenes::{Kind, beside, first, hum, line, tones};
 use picket_claims::{ANYTHING, Asked, Case, Event, Truths, hold, hold_together};
 use picket_dsp::Effort;
-use picket_simulator::scene::{Change, Density, Hum, Source, Tone};
+use picket_simulator::scene::{Change, Density, Source};
 use picket_simulator::{Scene, Value};
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
@@ -32,22 +32,6 @@ pub enum Place {
     Near(f64),
 }
 
-fn first(scene: &mut Scene) -> &mut Tone {
-    match scene.sources.first_mut() {
-        Some(Source::Tone(tone)) => tone,
-        _ => panic!("a tone comes first"),
-    }
-}
-
-fn beside(bins: impl Into<Value>, db: f64) -> Source {
-    Source::Tone(Tone {
-        frequency_hz: bins.into(),
-        beside: Some(0),
-        level_db: Some(db.into()),
-        ..Tone::default()
-    })
-}
-
 /// All cells of a kind of record of `n` samples.
 pub fn cells(kind: Kind, n: usize) -> Vec<Cell> {
     let mut all = Vec::new();
@@ -71,10 +55,11 @@ pub fn cells(kind: Kind, n: usize) -> Vec<Cell> {
                 _ => "two lines 5, 10 bins",
             };
             let two = move |scene: &mut Scene| {
-                scene.sources.push(beside(Value::either_way(bins), db));
+                scene.sources.push(Source::Tone(beside(Value::either_way(bins), db)));
                 if db > -1.0 {
                     // As strong a line is as right, and so is the one that it may be taken for on the other side.
-                    scene.sources.extend([beside(bins, -300.0), beside(-bins, -300.0)]);
+                    let both = [beside(bins, -300.0), beside(-bins, -300.0)];
+                    scene.sources.extend(both.map(Source::Tone));
                 }
             };
             add(group, format!("two {db} dB {bins}"), anywhere, Box::new(two));
@@ -106,7 +91,8 @@ pub fn cells(kind: Kind, n: usize) -> Vec<Cell> {
             first(scene).changes.push(fm.clone());
             if radians > 1.4 {
                 // Without a carrier the sideband is the line.
-                scene.sources.extend([beside(rate, -300.0), beside(-rate, -300.0)]);
+                let both = [beside(rate, -300.0), beside(-rate, -300.0)];
+                scene.sources.extend(both.map(Source::Tone));
             }
         };
         add("fm", format!("fm {radians} {rate}"), anywhere, Box::new(fm));
@@ -186,13 +172,7 @@ pub fn cells(kind: Kind, n: usize) -> Vec<Cell> {
             }
             for share in [0.03, 0.3] {
                 let hum = move |scene: &mut Scene| {
-                    scene.receiver.hum.push(Hum {
-                        frequency_hz: (0.3..1.5).into(),
-                        amplitude: (share * AMPLITUDE).into(),
-                        harmonics: Vec::new(),
-                        phase_turns: None,
-                        direction_turns: None,
-                    });
+                    scene.receiver.hum.push(hum(0.3..1.5, share * AMPLITUDE));
                 };
                 add("hum", format!("hum {share} low {low}"), place, Box::new(hum));
             }
@@ -220,7 +200,7 @@ pub fn cells(kind: Kind, n: usize) -> Vec<Cell> {
     for (over, db, bins) in [(1.1, -6.0, 8.3), (1.3, -20.0, 3.4), (2.0, -30.0, 1.8)] {
         let clipped = move |scene: &mut Scene| {
             first(scene).amplitude = Some((2047.0 * over).into());
-            scene.sources.push(beside(Value::either_way(bins), db));
+            scene.sources.push(Source::Tone(beside(Value::either_way(bins), db)));
         };
         add(
             "clipped, two lines",

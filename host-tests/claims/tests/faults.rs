@@ -1,9 +1,9 @@
 //! Records with one thing wrong, tones that are there for a part of a record, pairs that one converter takes by turns, and tones that are
 //! measured otherwise than by a search: what may be used is as exact as its sigma says.
 
-use picket_claims::scenes::{Kind, amplitude, deviation, line, tones};
+use picket_claims::scenes::{Kind, amplitude, beside, deviation, first, line, tones};
 use picket_claims::{Asked, Case, Event, Path, hold, hold_together};
-use picket_dsp::{Arithmetic, Verdict};
+use picket_dsp::{Alternating, Arithmetic, Iq as IqRecord, Method, Verdict};
 use picket_simulator::Scene;
 use picket_simulator::Value;
 use picket_simulator::scene::{Change, Density, Source, Tone};
@@ -27,13 +27,6 @@ fn disturbed(
     scene
 }
 
-/// Changes the tone.
-fn changed(scene: &mut Scene, change: Change) {
-    if let [Source::Tone(tone), ..] = &mut scene.sources[..] {
-        tone.changes.push(change);
-    }
-}
-
 /// Nearly all records may be used, and error over sigma is at most 1.15: less where sigma has in it what may be wrong besides. The noise
 /// hides too much of a second tone that is no stronger: there it is 2.0 of real records, all of which are moving.
 #[test]
@@ -47,16 +40,10 @@ fn what_is_usable_of_disturbed_records_is_within_its_sigma() {
             let swings = |rate: f64| {
                 let (depth, rate_hz) = (Value::from(0.2), Value::from(rate));
                 let swing = Change::Am { depth, rate_hz };
-                disturbed(&|scene| changed(scene, swing.clone()))
+                disturbed(&|scene| first(scene).changes.push(swing.clone()))
             };
             let second = disturbed(&|scene| {
-                let tone = Tone {
-                    frequency_hz: Value::either_way(0.7),
-                    beside: Some(0),
-                    level_db: Some((-20.0).into()),
-                    ..Tone::default()
-                };
-                scene.sources.push(Source::Tone(tone));
+                scene.sources.push(Source::Tone(beside(Value::either_way(0.7), -20.0)));
             });
             let beyond = 2047.0 * 10f64.powf(0.027 / 20.0);
             let clipped = self::disturbed(kind, side, beyond, snr_db, |_| ());
@@ -378,4 +365,26 @@ fn a_tone_where_it_is_expected_is_within_a_fifth_of_the_bound() {
     let bound = Asked::OverBound { quantity: 0, most: 1.07 };
     let square = Asked::Square { quantity: 0, least: 0.95, most: 1.1 };
     hold_together("locked, all together", rows, &[bound, square]);
+}
+
+/// By every method, of pairs by turns whose tone is at an end of the band or beside it: no answer may be used that has no sigma.
+#[test]
+fn an_answer_without_a_sigma_is_not_usable() {
+    let mut rows = Vec::new();
+    for method in Method::ALL.iter().filter(|method| Alternating::<256, 512>::fits(**method)) {
+        for side in SIDES {
+            let bins = if side > 0.0 { 123.0..129.0 } else { -129.0..-123.0 };
+            let label = format!("a sigma by {}", method.name());
+            let case = by_turns(label, 256, bins.into(), side, 1000.0, 3.0);
+            let case = noisy(case, None, Some((-10.0..60.0).into())).trials(300);
+            let case = case.told(|config| {
+                (config.band_hz, config.method) = (None, method.from_kind::<IqRecord>());
+            });
+            if case.config.plan::<IqRecord, 256>().is_ok() {
+                rows.push(case.never(Event::Off(f64::MAX)));
+            }
+        }
+    }
+    assert!(rows.len() > 10, "{}", rows.len());
+    hold(rows);
 }

@@ -1,10 +1,10 @@
 //! Sigma and verdict of a tone with something wrong: at the source, beside it, in the front end.
 
 use crate::efforts;
-use picket_claims::scenes::{Kind, amplitude, deviation, line, tones};
+use picket_claims::scenes::{Kind, amplitude, beside, deviation, first, hum, line, tones};
 use picket_claims::{ANYTHING, Asked, Case, Event, Truths, hold};
 use picket_dsp::{Codes, Config, Method, Pipeline, Real as RealRecord, Verdict};
-use picket_simulator::scene::{Change, Density, Hum, Impulses, Place, Source, StuckBit, Tone};
+use picket_simulator::scene::{Change, Density, Impulses, Place, Source, StuckBit, Tone};
 use picket_simulator::{Scene, Value};
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -16,13 +16,6 @@ fn tone_in(kind: Kind, n: usize, snr_db: f64, bins: Option<Range<f64>>) -> Scene
     let amplitude = 0.6 * amplitude(snr_db);
     let bins = bins.unwrap_or(8.0..n as f64 / 2.0 - 8.0);
     tones(kind, n, [line(bins, amplitude)], deviation(amplitude, snr_db))
-}
-
-fn first(scene: &mut Scene) -> &mut Tone {
-    match scene.sources.first_mut() {
-        Some(Source::Tone(tone)) => tone,
-        _ => panic!("a tone comes first"),
-    }
 }
 
 /// What is wrong.
@@ -53,12 +46,9 @@ impl Wrong {
         match self.clone() {
             Wrong::Nothing => {}
             Wrong::Changed(change) => first(scene).changes.push(change),
-            Wrong::Second(bins, db) => scene.sources.push(Source::Tone(Tone {
-                frequency_hz: Value::either_way(bins),
-                beside: Some(0),
-                level_db: Some(db.into()),
-                ..Tone::default()
-            })),
+            Wrong::Second(bins, db) => {
+                scene.sources.push(Source::Tone(beside(Value::either_way(bins), db)));
+            }
             Wrong::Burst => {
                 let half = scene.rate_hz / 2.0;
                 let low = if scene.receiver.iq { -half } else { 0.0 };
@@ -71,13 +61,7 @@ impl Wrong {
                 }));
             }
             Wrong::Noise(density) => scene.receiver.noise.shape.push(density),
-            Wrong::Hum(cycles, share) => scene.receiver.hum.push(Hum {
-                frequency_hz: cycles.into(),
-                amplitude: (share * rail).into(),
-                harmonics: Vec::new(),
-                phase_turns: None,
-                direction_turns: None,
-            }),
+            Wrong::Hum(cycles, share) => scene.receiver.hum.push(hum(cycles, share * rail)),
             Wrong::Drift(share, bent) => {
                 let at = |u: f64| {
                     let x = 2.0 * u - 1.0;

@@ -1,6 +1,6 @@
 //! Several tones of one record, each with sigma and phase; two told apart or called unresolved; and nothing else taken for a tone.
 
-use picket_claims::scenes::{Kind, amplitude, deviation, line, records, tone, tones};
+use picket_claims::scenes::{Kind, amplitude, beside, deviation, line, records, tone, tones};
 use picket_claims::{Asked, Case, Event, Path, hold};
 use picket_dsp::{Reach, Verdict};
 use picket_simulator::scene::{Change, Density, Tone};
@@ -12,16 +12,6 @@ const N: usize = 1024;
 
 /// A scene of a kind of record.
 type Make = Box<dyn Fn(Kind) -> Scene>;
-
-/// A tone beside the first, so much weaker.
-fn beside(bins: impl Into<Value>, level_db: impl Into<Value>) -> Tone {
-    Tone {
-        frequency_hz: bins.into(),
-        beside: Some(0),
-        level_db: Some(level_db.into()),
-        ..Tone::default()
-    }
-}
 
 /// Two to four tones, the strongest at 40 dB, the others down to 30 dB weaker, three bins apart at least.
 #[test]

@@ -1,8 +1,8 @@
 //! One tone: its sigma, its bound, whether it is found, and what noise passes for.
 
-use picket_claims::scenes::{Kind, amplitude, anywhere, deviation, line, tone, tones};
-use picket_claims::{Asked, Case, Event, hold};
-use picket_dsp::{Codes, Reach};
+use picket_claims::scenes::{Kind, amplitude, anywhere, beside, deviation, line, tone, tones};
+use picket_claims::{Asked, Case, Event, Truths, hold};
+use picket_dsp::{Codes, Config, Iq as IqRecord, Method, Reach, Real as RealRecord, Record};
 use picket_simulator::Value;
 
 use Kind::{Iq, Real};
@@ -142,19 +142,20 @@ fn tones_are_found_and_noise_is_not() {
             most: 0.92,
         }));
     }
-    for (kind, n, trials) in [
-        (Real, 64, 200_000),
-        (Real, 256, 200_000),
-        (Real, 1024, 50_000),
-        (Real, 4096, 12_500),
-        (Iq, 64, 200_000),
-        (Iq, 256, 200_000),
+    for (kind, n, asked, trials) in [
+        (Real, 64, 1e-2, 200_000),
+        (Real, 256, 1e-2, 200_000),
+        (Real, 256, 1e-3, 400_000),
+        (Real, 1024, 1e-2, 50_000),
+        (Real, 4096, 1e-2, 12_500),
+        (Iq, 64, 1e-2, 200_000),
+        (Iq, 256, 1e-2, 200_000),
     ] {
-        let case =
-            Case::new(format!("noise alone: {} {n}", kind.name()), tones(kind, n, [], 30.0), n);
-        let case = case.told(|config| config.false_alarm = 1e-2).trials(trials);
-        let least = if n == 4096 { 0.008 } else { 0.0093 };
-        rows.push(case.asks(Asked::Share { of: Event::Found, least, most: 0.0107 }));
+        let label = format!("noise alone: {} {n}, {asked} asked", kind.name());
+        let case = Case::new(label, tones(kind, n, [], 30.0), n);
+        let case = case.told(|config| config.false_alarm = asked).trials(trials);
+        let least = if n == 4096 { 0.8 } else { 0.93 } * asked;
+        rows.push(case.asks(Asked::Share { of: Event::Found, least, most: 1.07 * asked }));
     }
     hold(rows);
 }
@@ -291,4 +292,104 @@ fn sigma_has_the_engines_error() {
         }
     }
     hold(rows);
+}
+
+/// Codes of 8 to 16 bits, signed and not, and those of a converter that adds conversions up: right between the rails, and not good where
+/// the converter is overdriven.
+#[test]
+fn codes_of_every_width_are_right_or_refused() {
+    let signed = (8..=16).map(|bits| Codes::from_bits(true, bits));
+    let unsigned = (8..=15).map(|bits| Codes::from_bits(false, bits));
+    let sums = [Codes::between(0, 4095 * 7), Codes::between(-3000, 12_000)];
+    let mut rows = Vec::new();
+    for codes in signed.chain(unsigned).chain(sums).flatten() {
+        let (low, high) = codes.rails();
+        let case = |kind: Kind, n: usize, share: f64| {
+            let amplitude = 0.5 * share * (f64::from(high) - f64::from(low));
+            // The offset of I/Q codes lies in bin 0, and the fit of a tone below bin 17 would read it.
+            let tone = line(n as f64 / 16.0..0.4 * n as f64, amplitude);
+            let mut scene = tones(kind, n, [tone], deviation(amplitude, 40.0));
+            scene.converter.rails = Some([low, high]);
+            let label = format!("codes {low} to {high}: {} {n}, {share}", kind.name());
+            Case::new(label, scene, n).trials(40)
+        };
+        let right =
+            |case: Case| case.at_least(1.0, Event::Good).never(Event::Off(5.0)).square(0.9, 1.12);
+        rows.push(right(case(Real, 1024, 0.9)));
+        rows.push(right(case(Iq, 512, 0.9)));
+        let mut floats = case(Real, 1024, 0.9).in_floats();
+        floats.label += ", floats";
+        rows.push(right(floats));
+        rows.push(case(Real, 1024, 1.3).trials(100).never(Event::Good));
+    }
+    hold(rows);
+}
+
+/// A line up to two bins beyond an end of the band that is searched is not good.
+#[test]
+fn a_line_beyond_an_end_of_the_band_is_not_good() {
+    let mut rows = Vec::new();
+    for (low, high) in [(8.0, 20.0), (50.0, 51.0), (120.0, 159.0), (199.0, 230.0)] {
+        for (end, out) in [(low, -1.0), (high, 1.0)] {
+            let place = |from: f64, to: f64| {
+                let [a, b] = [from, to].map(|beyond| end + out * beyond);
+                let amplitude = amplitude(30.0);
+                tones(Real, 512, [line(a.min(b)..a.max(b), amplitude)], deviation(amplitude, 30.0))
+            };
+            let told = |what: &str, scene| {
+                let case = Case::new(format!("{what} {end} of {low} to {high}"), scene, 512);
+                case.told(|config| config.band_hz = Some((low, high))).trials(500)
+            };
+            let inside = told("half a bin beyond the band's end", place(0.0, 0.45));
+            rows.push(inside.at_least(0.9, Event::Good).never(Event::Off(5.0)));
+            rows.push(told("beyond the band's end", place(0.6, 2.0)).never(Event::Good));
+        }
+    }
+    hold(rows);
+}
+
+/// No method's answers are usable and wrong more often than those of least squares, but for chance: five of a thousand. A band of a steady
+/// tone, of none, of one with sidebands, of two.
+#[test]
+fn good_means_one_thing_whatever_the_method() {
+    fn methods<R: Record>() -> Vec<Method> {
+        let config = |method| Config { method, ..Config::new(512.0, Codes::signed::<12>()) };
+        let fits = |method: &Method| config(*method).plan::<R, 512>().is_ok();
+        let own = Method::LeastSquaresReal.from_kind::<R>();
+        [own].into_iter().chain(Method::ALL.iter().copied().filter(fits)).collect()
+    }
+    let place = || Value::from(70.0..170.0);
+    let sidebands =
+        |cycles: f64| vec![line(place(), 300.0), beside(cycles, -12.0), beside(-cycles, -12.0)];
+    let outside = [25.0, 33.3, 41.7, 48.2, 191.6, 202.5, 213.4, 228.1];
+    let all = [
+        ("steady", vec![line(place(), 450.0)]),
+        ("beside the band", vec![line(outside, 450.0)]),
+        ("with sidebands near by", sidebands(0.7)),
+        ("with sidebands", sidebands(1.3)),
+        ("two tones", vec![line(place(), 300.0), beside(1.5..6.5, -6.0)]),
+    ];
+    for (kind, methods) in [(Real, methods::<RealRecord>()), (Iq, methods::<IqRecord>())] {
+        assert!(methods.len() > 5, "{methods:?}");
+        for (name, lines) in &all {
+            let mut scene = tones(kind, 512, lines.iter().cloned(), 0.0);
+            (scene.receiver.noise.rms, scene.receiver.noise.snr_db) =
+                (None, Some((0.0..50.0).into()));
+            // Nothing in the band is right.
+            let wrong = if *name == "beside the band" { Event::Usable } else { Event::Wrong(5.0) };
+            let row = |method: &Method| {
+                let label =
+                    format!("{name}, whatever the method: {}|{}", kind.name(), method.name());
+                let case = Case::new(label, scene.clone(), 512).against(Truths::Carrier);
+                let case = case.told(|config| {
+                    (config.band_hz, config.method) = (Some((60.0, 180.0)), *method);
+                });
+                case.asks(Asked::Share { of: wrong, least: 0.0, most: 1.0 })
+            };
+            let seen = hold(methods.iter().map(row).collect()).concat();
+            let least = seen.first().copied().unwrap_or(0.0);
+            assert!(least <= 0.015, "{name}: {least}");
+            assert!(seen.iter().all(|&share| share <= least + 0.005), "{name}: {seen:?}");
+        }
+    }
 }

@@ -2,13 +2,14 @@
 
 use super::several::longest_block;
 use super::*;
+use picket_claims::scenes::{Kind, line, records, tones};
 use picket_dsp::accumulate::Accumulator;
 use picket_dsp::acquire::burst::Trigger;
 use picket_dsp::pipeline::BurstProcessor;
 use picket_firmware::nucleo_f446re::words::sampling::BLOCK_CYCLES;
 use picket_firmware::nucleo_f446re::words::{ADD_CYCLES, BURST_CYCLES, SUM_CYCLES};
 use picket_host::device::Listener;
-use picket_simulator::{Fringes, Particle};
+use picket_simulator::Passed;
 use picket_wire::settings::Mode;
 use picket_wire::settings_error::SettingsError;
 use picket_wire::{burst, sum};
@@ -45,19 +46,20 @@ fn heard(board: &Board) -> Listener {
 }
 
 /// Noise as of a photodiode around the middle of the codes, with a weak tone of a new phase in each block.
-fn weak<R: Record>(bin: f64, rng: &mut impl Rng) -> Vec<i16> {
-    use rand_distr::StandardNormal;
-    let (phase, parts) = (rng.random::<f64>(), if R::IQ { 2 } else { 1 });
-    let sample = |index: usize| {
-        let angle = std::f64::consts::TAU * (bin * (index / parts) as f64 / N as f64 + phase);
-        let signal = if index.is_multiple_of(parts) { angle.cos() } else { angle.sin() };
-        let value = 2048.0 + 30.0 * signal + 120.0 * rng.sample::<f64, _>(StandardNormal);
-        value.round().clamp(0.0, 4095.0) as i16
-    };
-    (0..parts * N).map(sample).collect()
+fn weak<R: Record>(bin: f64, block: u64) -> [R::Sample; N] {
+    let mut scene = tones(Kind::of::<R>(), N, [line(bin, 30.0)], 120.0);
+    scene.converter.unsigned = true;
+    samples::<R, N>(&mut scene.run(block).unwrap(), 0)
 }
 
-fn sums<R: Record>(image: &Path, rng: &mut impl Rng) {
+/// The bytes of samples as a converter delivers them.
+fn delivered<R: Record>(samples: &[R::Sample; N]) -> Vec<u8> {
+    let parts = samples.iter().map(|&sample| R::parts(sample));
+    let parts = parts.flat_map(|parts| parts.into_iter().take(if R::IQ { 2 } else { 1 }));
+    bytes(&parts.collect::<Vec<i16>>())
+}
+
+fn sums<R: Record>(image: &Path) {
     let mode = Mode::Accumulate { blocks: 25, drift_bins: 0.0 };
     let settings = doppler(mode, R::IQ);
     let mut board = begun(image, &settings);
@@ -66,15 +68,11 @@ fn sums<R: Record>(image: &Path, rng: &mut impl Rng) {
     let (bin, mut alone) = (200.37, 0);
     let (mut expected, mut said) = (Vec::new(), Vec::new());
     for number in 0..75 {
-        let samples = weak::<R>(bin, rng);
-        assert!(board.block(&bytes(&samples)).unwrap());
+        let samples = weak::<R>(bin, number);
+        assert!(board.block(&delivered::<R>(&samples)).unwrap());
         said.extend(board.turn().unwrap());
-        let samples: Vec<R::Sample> = match R::IQ {
-            false => samples.iter().map(|&code| R::from_parts([code, 0])).collect(),
-            true => samples.as_chunks().0.iter().map(|&pair| R::from_parts(pair)).collect(),
-        };
         let stamp = here.stamp(number, false);
-        let mut record = here.record(stamp, samples.as_array().unwrap(), Health::default());
+        let mut record = here.record(stamp, &samples, Health::default());
         alone += u32::from(record.measurement.tone.verdict == Verdict::Good);
         let Some(added) = sum.add(&record.measurement, &here.pipeline) else { continue };
         record.measurement.tone = added.tone;
@@ -96,8 +94,8 @@ fn sums<R: Record>(image: &Path, rng: &mut impl Rng) {
     // A sum that is never complete: what a block takes alone.
     let settings = doppler(Mode::Accumulate { blocks: 1000, drift_bins: 0.0 }, R::IQ);
     let mut board = begun(image, &settings);
-    for _ in 0..6 {
-        assert!(board.block(&bytes(&weak::<R>(bin, rng))).unwrap());
+    for number in 0..6 {
+        assert!(board.block(&delivered::<R>(&weak::<R>(bin, number))).unwrap());
         board.turn().unwrap();
     }
     let block = longest_block(&mut board);
@@ -116,20 +114,15 @@ fn sums<R: Record>(image: &Path, rng: &mut impl Rng) {
 /// What one block cannot show, the sum of 25 does, bit by bit as on this machine.
 #[test]
 fn sums_on_the_board_are_those_of_this_machine() {
-    println!("seed {SEED}");
-    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let image = built(Beside::Signals);
-    sums::<Real>(&image, &mut rng);
-    sums::<Iq>(&image, &mut rng);
+    sums::<Real>(&image);
+    sums::<Iq>(&image);
 }
 
 /// Particles in fringes, as light on a photodiode: bursts bit by bit as on this machine, the numbers without a gap, the lost blocks
 /// told to the detector.
 #[test]
 fn bursts_on_the_board_are_those_of_this_machine() {
-    use rand_distr::StandardNormal;
-    println!("seed {SEED}");
-    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let image = built(Beside::Signals);
     let settings = doppler(Mode::Bursts(Trigger::default()), false);
     let mut board = begun(&image, &settings);
@@ -137,25 +130,32 @@ fn bursts_on_the_board_are_those_of_this_machine() {
     let rate_hz = here.plan.settings.config.rate_hz;
     let mut processor = Box::new(BurstProcessor::<Real, N>::new(*here.pipeline.plan()));
     // Fringes of 200 um before particles of 4 m/s: 20 kHz, and an envelope whose deviation is an eighth of a record.
-    let fringes = Fringes { spacing_m: 200e-6, radius_m: 5.1e-3, visibility: 0.7 };
-    let mut particles = Vec::new();
-    let mut next_s = 12.0 * N as f64 / rate_hz;
-    while particles.len() < 24 {
-        let speed_mps = 4.0 * (1.0 + 0.1 * rng.sample::<f64, _>(StandardNormal));
-        particles.push(Particle { middle_s: next_s, speed_mps, level: 400.0, turns: rng.random() });
-        next_s += rng.random_range(2.5..6.0) * N as f64 / rate_hz;
-    }
-    let blocks = (next_s * rate_hz / N as f64) as u64 + 3;
+    let record_s = N as f64 / rate_hz;
+    let particle = |number: u32| {
+        let from = 12.0 + 4.25 * f64::from(number);
+        scene::Particle {
+            middle_s: (from * record_s..(from + 2.0) * record_s).into(),
+            velocity_mps: Some((3.2..4.8).into()),
+            ..scene::Particle::default()
+        }
+    };
+    let particles = scene::Particles {
+        fringe_m: 200e-6,
+        radius_m: 5.1e-3,
+        visibility: 0.7,
+        at: (0..24).map(particle).collect(),
+        amplitude: Some(280.0.into()),
+        ..scene::Particles::default()
+    };
+    let blocks = 120u64;
+    let mut scene = records(Kind::Real, N, vec![scene::Source::Particles(particles)], 20.0);
+    (scene.rate_hz, scene.seconds) = (rate_hz, blocks as f64 * record_s);
+    (scene.receiver.offset[0], scene.converter.unsigned) = ((1500.0 - 2048.0).into(), true);
+    let mut run = scene.run(SEED).unwrap();
     let (mut valid, mut within, mut lost_blocks) = (0, 0, 0);
     let (mut expected, mut said) = (Vec::new(), Vec::new());
     for block in 0..blocks {
-        let first = block * N as u64;
-        let samples: [i16; N] = std::array::from_fn(|index| {
-            let time_s = (first + index as u64) as f64 / rate_hz;
-            let light: f64 = particles.iter().map(|one| fringes.light(one, time_s)).sum();
-            let noise = 20.0 * rng.sample::<f64, _>(StandardNormal);
-            (1500.0 + light + noise).round().clamp(0.0, 4095.0) as i16
-        });
+        let samples = samples::<Real, N>(&mut run, block as usize);
         // The converter overruns once, in the middle, with no block waiting.
         if block == blocks / 2 {
             said.extend(board.turn().unwrap());
@@ -180,10 +180,9 @@ fn bursts_on_the_board_are_those_of_this_machine() {
             valid += 1;
             let shift = u64::from(lost_blocks) * N as u64;
             let time_s = (burst.arrival - shift as f64) / rate_hz;
-            let near = particles
-                .iter()
-                .min_by(|a, b| (a.middle_s - time_s).abs().total_cmp(&(b.middle_s - time_s).abs()));
-            let hertz = near.unwrap().speed_mps / fringes.spacing_m;
+            let away = |passed: &&Passed| (passed.middle_s - time_s).abs();
+            let near = run.particles(0).iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+            let hertz = near.unwrap().velocity_mps / 200e-6;
             let off = (burst.tone.hertz() - hertz) / burst.tone.sigma_hertz();
             within += u32::from(off.abs() < 5.0);
         }

@@ -1,7 +1,7 @@
 //! The board's own chirp: levels and samples in step, blocks and segments that stay together, records that are the host's.
 
 use super::scene::{expected, frames, measure, measured, plug, record, set_plan, status};
-use host_tests::{echoes, sized};
+use host_tests::sized;
 use picket_dsp::acquire::sample::Real;
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::solve::chirp::Shape;
@@ -10,7 +10,8 @@ use picket_firmware::pico::N;
 use picket_firmware::pico::waveform::PLACES;
 use picket_firmware::pico::words::Words;
 use picket_host::pico::bench::Pico;
-use picket_simulator::Target;
+use picket_host::scenario;
+use picket_simulator::scene::Source;
 use picket_wire::command::{Command, Refusal};
 use picket_wire::settings::{Drive, Settings};
 use picket_wire::settings_error::{RateError, SettingsError, WaveformError};
@@ -178,23 +179,15 @@ fn every_record_of_a_chirp_is_the_hosts() {
     let settings = settings(Shape::Trapezoid, 64, 500e3);
     let (plan, _) = Words::plan(&settings).unwrap();
     let blocks = sized(60, 3_000);
-    let mut rng = ChaCha8Rng::seed_from_u64(84);
-    let mut samples = Vec::new();
     // The board takes the samples of the guards, too.
     let Scene::Chirp(chirp) = plan.settings.config.scene else { panic!("no chirp") };
     let scene = Scene::Chirp(Chirp { guard_s: 0.0, ..chirp });
     let config = Config { scene, ..plan.settings.config };
-    let radar = echoes::sensor::<Real>(&config, plan.length as usize, 0.0);
-    let radar = radar.clone().received_by(radar.receiver.with_snr(900.0, 50.0));
-    for _ in 0..blocks / 3 {
-        let (range_m, velocity_mps) =
-            (rng.random_range(15.0..250.0), rng.random_range(-40.0..40.0));
-        let target = Target::moving(900.0, range_m, velocity_mps).turned(rng.random());
-        let targets = core::slice::from_ref(&target);
-        for segment in 0..radar.segments() {
-            samples.extend(echoes::codes::<Real>(&radar, targets, (0, segment), &mut rng));
-        }
-    }
+    let radar = scenario::sensor::<Real>(&config, plan.length as usize, 0.0, 1);
+    let target = Source::Target(scenario::echo(900.0, 15.0..250.0, -40.0..40.0));
+    let scene = scenario::before(radar, vec![target], 50.0);
+    let codes = (0..blocks / 3).flat_map(|chirp| scene.codes(chirp).unwrap());
+    let samples: Vec<i16> = codes.map(|[code, _]| code).collect();
     let mut pico = plug();
     pico.power().unwrap();
     set_plan(&mut pico, settings, |pico| pico.samples(&samples).unwrap());

@@ -2,6 +2,7 @@
 
 use super::scene::{expected, measured, plug, plug_usb, record, settings, status};
 use host_tests::sized;
+use picket_claims::scenes::{Kind, line, tones};
 use picket_firmware::pico::N;
 use picket_host::pico::bench::{Completed, Pico};
 use picket_host::pico::converter::Converter;
@@ -9,9 +10,7 @@ use picket_wire::settings::Settings;
 use picket_wire::telemetry::Telemetry;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 use std::collections::HashMap;
-use std::f64::consts::TAU;
 
 /// A fault: its kind, and how long it lasts, us.
 pub type Fault = (&'static str, f64);
@@ -27,15 +26,13 @@ pub struct Blocks {
 
 /// A tone without a jump, in noise: each window of it is measured otherwise, wherever it begins.
 fn steady(blocks: usize, seed: u64) -> Vec<i16> {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
     // Whole cycles in all of it, since it comes again and again.
-    let step = TAU * (100 * blocks + 37) as f64 / (N * blocks) as f64;
+    let n = N * blocks;
+    let mut scene = tones(Kind::Real, n, [line((100 * blocks + 37) as f64, 1200.0)], 4.0);
+    (scene.seed, scene.receiver.offset[0]) = (seed, 2048.0.into());
     let converter = Converter::default();
-    let sample = |n: usize| {
-        let noise: f64 = StandardNormal.sample(&mut rng);
-        converter.code(2048.0 + 1200.0 * (step * n as f64).cos() + 4.0 * noise)
-    };
-    (0..N * blocks).map(sample).collect()
+    let voltages = scene.run(0).unwrap().voltages(0.0, n);
+    voltages.into_iter().map(|[voltage, _]| converter.code(voltage)).collect()
 }
 
 /// What a block's noise makes of its tone; the verdict also tells of a gap before it.

@@ -2,19 +2,20 @@
 
 use super::faults::{Blocks, EACH, any, play};
 use super::scene::{expected, frames, measure, plug, record, set_plan, status};
-use host_tests::{echoes, sized};
+use host_tests::sized;
+use picket_claims::scenes::{Kind, line, tones};
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::{Chirp, Iq, Mixing, Outcome, Shape, Verdict};
 use picket_firmware::pico::N;
 use picket_firmware::pico::words::Words;
 use picket_host::pico::bench::Pico;
 use picket_host::pico::converter::Converter;
-use picket_simulator::{Receiver, Target};
+use picket_host::scenario;
+use picket_simulator::Run;
+use picket_simulator::scene::{Source, Tone};
 use picket_wire::settings::{Drive, Settings};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Normal};
-use std::f64::consts::TAU;
 
 /// Pairs at the fastest rate, of one sideband.
 fn settings(upper: bool) -> Settings {
@@ -25,25 +26,24 @@ fn settings(upper: bool) -> Settings {
 
 /// Blocks one after the other, each with a tone of its own: what both inputs have at each conversion, and the tones in bins.
 fn stream(blocks: usize, upper: bool, seed: u64) -> (Vec<[i16; 2]>, Vec<f64>) {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let converter = Converter::default();
-    let mut samples = Vec::with_capacity(2 * N * blocks);
-    let mut tones = Vec::new();
-    for _ in 0..blocks {
-        let (bins, phase) = (rng.random_range(8.0..504.0), rng.random_range(0.0..TAU));
-        let bins = if upper { bins } else { -bins };
-        let amplitude = 10f64.powf(rng.random_range(2.0..3.2));
-        let noise = Normal::new(0.0, rng.random_range(0.5..8.0)).unwrap();
-        for n in 0..2 * N {
-            let turn = TAU * bins * n as f64 / (2 * N) as f64 + phase;
-            samples
-                .push([turn.cos(), turn.sin()].map(|part| {
-                    converter.code(2048.0 + amplitude * part + noise.sample(&mut rng))
-                }));
-        }
-        tones.push(bins);
+    let bins = if upper { 8.0..504.0 } else { -504.0..-8.0 };
+    let tone = Tone { amplitude: Some((100.0..1600.0).into()), ..line(bins, 1.0) };
+    let mut scene = tones(Kind::Iq, 2 * N, [tone], 0.0);
+    (scene.seed, scene.receiver.offset) = (seed, [2048.0.into(), 2048.0.into()]);
+    scene.receiver.noise.rms = Some((0.5..8.0).into());
+    let (mut samples, mut tones) = (Vec::new(), Vec::new());
+    for block in 0..blocks as u64 {
+        let mut run = scene.run(block).unwrap();
+        samples.extend(read(&mut run, 2 * N));
+        tones.push(run.truth(0, 0.0, 2 * N).frequency_hz);
     }
     (samples, tones)
+}
+
+/// What the converter reads of a run's voltages.
+fn read(run: &mut Run, n: usize) -> impl Iterator<Item = [i16; 2]> {
+    let converter = Converter::default();
+    run.voltages(0.0, n).into_iter().map(move |both| both.map(|part| converter.code(part)))
 }
 
 /// What the converter takes of both inputs: I, Q, I, Q.
@@ -119,21 +119,15 @@ fn chirps_of_pairs_have_their_ranges_and_velocities() {
         let (plan, _) = Words::plan(&settings).unwrap();
         let used = plan.settings.config;
         // Each conversion is half a pair after the one before.
-        let radar =
-            echoes::sensor::<Iq>(&Config { rate_hz: 2.0 * used.rate_hz, ..used }, 2 * N, 0.0);
-        let receiver = Receiver { offset: [140.0, -90.0], ..radar.receiver.with_snr(900.0, 30.0) };
-        let radar = radar.received_by(receiver);
-        let mut rng = ChaCha8Rng::seed_from_u64(64);
+        let twice = Config { rate_hz: 2.0 * used.rate_hz, ..used };
+        let radar = scenario::sensor::<Iq>(&twice, 2 * N, 0.0, 1);
+        let target = Source::Target(scenario::echo(900.0, 15.0..250.0, -12.0..12.0));
+        let mut scene = scenario::before(radar, vec![target], 30.0);
+        scene.receiver.offset = [140.0.into(), (-90.0).into()];
         let (mut samples, mut truths) = (Vec::new(), Vec::new());
-        for _ in 0..blocks / 3 {
-            let (range_m, velocity_mps) =
-                (rng.random_range(15.0..250.0), rng.random_range(-12.0..12.0));
-            let target = Target::moving(900.0, range_m, velocity_mps).turned(rng.random());
-            let targets = core::slice::from_ref(&target);
-            for segment in 0..radar.segments() {
-                samples.extend(echoes::codes::<Iq>(&radar, targets, (0, segment), &mut rng));
-            }
-            truths.push([target.range_m(radar.middle_s()), velocity_mps]);
+        for chirp in 0..blocks / 3 {
+            samples.extend(scene.codes(chirp).unwrap());
+            truths.push(scenario::place(&scene.run(chirp).unwrap().truth_of_lap(0, 0, 2 * N)));
         }
         let mut pico = plug();
         pico.power().unwrap();
@@ -168,15 +162,10 @@ fn chirps_of_pairs_have_their_ranges_and_velocities() {
 /// Two tones of one frequency, I above the middle and Q below, so that each code tells its input: without a jump, since they come
 /// again and again.
 fn steady(blocks: usize, seed: u64) -> Vec<[i16; 2]> {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let step = TAU * (100 * blocks + 37) as f64 / (2 * N * blocks) as f64;
-    let (converter, noise) = (Converter::default(), Normal::new(0.0, 4.0).unwrap());
-    let each = (0..2 * N * blocks).map(|n| {
-        let turn = step * n as f64;
-        let parts = [(2_900.0, turn.cos()), (1_200.0, turn.sin())];
-        parts.map(|(middle, part)| converter.code(middle + 600.0 * part + noise.sample(&mut rng)))
-    });
-    each.collect()
+    let n = 2 * N * blocks;
+    let mut scene = tones(Kind::Iq, n, [line((100 * blocks + 37) as f64, 600.0)], 4.0);
+    (scene.seed, scene.receiver.offset) = (seed, [2_900.0.into(), 1_200.0.into()]);
+    read(&mut scene.run(0).unwrap(), n).collect()
 }
 
 /// After every fault the first of a pair is I, and no record is of a mixed block.

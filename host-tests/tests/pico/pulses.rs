@@ -4,6 +4,7 @@ use super::chirp::in_place;
 use super::faults::any;
 use super::scene::{expected, frames, plug, record, set_plan, status};
 use host_tests::sized;
+use picket_claims::scenes::{self, Kind, line};
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::solve::chirp::Shape;
 use picket_dsp::solve::equations::Chirp;
@@ -16,7 +17,6 @@ use picket_wire::settings::{Drive, Settings};
 use picket_wire::telemetry::Telemetry;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use std::f64::consts::TAU;
 
 /// Chirps of an external source.
 fn settings(shape: Shape, guard: u16, rate_hz: f64) -> Settings {
@@ -49,16 +49,11 @@ fn waiting(settings: Settings, feed: impl FnOnce(&mut Pico)) -> Pico {
 /// Samples of so many chirps, with a tone in each segment.
 fn tones(settings: &Settings, chirps: usize, seed: u64) -> Vec<i16> {
     let (plan, words) = Words::plan(settings).unwrap();
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut samples = Vec::new();
-    for _ in 0..chirps * plan.timing.segments.len() {
-        let (bin, phase) = (rng.random_range(20.0..480.0), rng.random_range(0.0..TAU));
-        samples.extend((0..words.transfers()).map(|n| {
-            let turn = TAU * bin * f64::from(n) / N as f64 + phase;
-            (2_048.0 + 900.0 * turn.cos() + rng.random_range(-4.0..4.0)).round() as i16
-        }));
-    }
-    samples
+    let mut scene = scenes::tones(Kind::Real, N, [line(20.0..480.0, 900.0)], 2.3);
+    (scene.seed, scene.converter.unsigned) = (seed, true);
+    let segments = 0..(chirps * plan.timing.segments.len()) as u64;
+    let codes = |segment| scene.run(segment).unwrap().codes(0.0, words.transfers() as usize);
+    segments.flat_map(codes).map(|[code, _]| code).collect()
 }
 
 /// Pulses at any distance: each record is the host's, each chirp has its samples and no more.

@@ -1,5 +1,6 @@
 //! What is in front of the converter, and what the host makes of it.
 
+use picket_claims::scenes::{Kind, line, tones};
 use picket_dsp::acquire::sample::{Real, Stamp};
 use picket_dsp::pipeline::{Measurement, Pipeline};
 use picket_dsp::plan::EitherPlan;
@@ -11,15 +12,13 @@ use picket_host::device::{Listener, Said};
 use picket_host::pico;
 use picket_host::pico::bench::Pico;
 use picket_host::pico::converter::Converter;
+use picket_simulator::Value;
+use picket_simulator::scene::{Change, Tone};
 use picket_wire::boot::Clock;
 use picket_wire::command::Command;
 use picket_wire::settings::Settings;
 use picket_wire::status::Status;
 use picket_wire::telemetry::{Health, Telemetry};
-use rand::{Rng, RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Normal};
-use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
 /// The image as it lies in flash. `PICKET_PICO` names another one than this source's.
@@ -85,9 +84,7 @@ pub enum Hard {
 
 /// Blocks one after the other, each with a tone of its own, some of them hard: one in so many.
 pub fn stream(blocks: usize, hard: Option<(u64, Hard)>, seed: u64) -> Vec<i16> {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut samples = Vec::with_capacity(blocks * N);
-    let converter = Converter::default();
     let mut mixed = [Hard::Constant, Hard::Clipped, Hard::Moving, Hard::Noise].into_iter().cycle();
     for number in 0..blocks as u64 {
         let kind = match hard {
@@ -97,30 +94,35 @@ pub fn stream(blocks: usize, hard: Option<(u64, Hard)>, seed: u64) -> Vec<i16> {
             },
             _ => None,
         };
-        samples.extend(block(kind, &converter, &mut rng));
+        samples.extend(block(kind, seed, number));
     }
     samples
 }
 
-fn block(kind: Option<Hard>, converter: &Converter, rng: &mut impl Rng) -> [i16; N] {
+fn block(kind: Option<Hard>, seed: u64, number: u64) -> Vec<i16> {
     let highest = if kind == Some(Hard::Drifting) { 48.0 } else { 500.0 };
-    let (bin, phase) = (rng.random_range(3.0..highest), rng.random_range(0.0..TAU));
-    let (amplitude, noise) = match kind {
-        None => (10f64.powf(rng.random_range(2.0..3.25)), rng.random_range(0.5..8.0)),
-        Some(Hard::Constant) => (0.0, 0.3),
-        Some(Hard::Clipped) => (4_000.0, 3.0),
-        Some(Hard::Moving | Hard::Drifting) => (1_000.0, 3.0),
-        Some(Hard::Noise) | Some(Hard::Mixed) => (0.0, 300.0),
+    let (amplitude, noise): (Value, Value) = match kind {
+        None => ((100.0..1800.0).into(), (0.5..8.0).into()),
+        Some(Hard::Constant) => (0.0.into(), 0.3.into()),
+        Some(Hard::Clipped) => (4_000.0.into(), 3.0.into()),
+        Some(Hard::Moving | Hard::Drifting) => (1_000.0.into(), 3.0.into()),
+        Some(Hard::Noise | Hard::Mixed) => (0.0.into(), 300.0.into()),
     };
-    let rise = if matches!(kind, Some(Hard::Moving | Hard::Drifting)) { 3.0 } else { 0.0 };
-    // Codes from the record's beginning to its end.
-    let drift = if kind == Some(Hard::Drifting) { rng.random_range(50.0..500.0) } else { 0.0 };
-    let noise = Normal::new(0.0, noise).unwrap();
-    std::array::from_fn(|n| {
-        let time = n as f64 / N as f64;
-        let tone = amplitude * (TAU * (bin + 0.5 * rise * time) * time + phase).cos();
-        converter.code(2048.0 + tone + drift * (time - 0.5) + noise.sample(rng))
-    })
+    let mut tone = Tone { amplitude: Some(amplitude), ..line(3.0..highest, 1.0) };
+    if matches!(kind, Some(Hard::Moving | Hard::Drifting)) {
+        tone.changes = vec![Change::Chirp { hz_per_s: 3.0.into(), at_s: 0.0.into() }];
+    }
+    let mut scene = tones(Kind::Real, N, [tone], 0.0);
+    (scene.seed, scene.receiver.noise.rms) = (seed, Some(noise));
+    scene.receiver.offset[0] = 2048.0.into();
+    if kind == Some(Hard::Drifting) {
+        // Codes from the record's beginning to its end.
+        let half = 25.0 + (number as f64 * 61.8).rem_euclid(225.0);
+        scene.receiver.drift = Some(Value::Over(vec![[0.0, -half], [1.0, half]]));
+    }
+    let converter = Converter::default();
+    let voltages = scene.run(number).unwrap().voltages(0.0, N);
+    voltages.into_iter().map(|[voltage, _]| converter.code(voltage)).collect()
 }
 
 /// What measures a block of codes.

@@ -131,7 +131,8 @@ impl Against {
         let snr_db = 10.0 * (amplitude * amplitude / 2.0 / power).log10();
         let level = f64::from(tone.amplitude) / amplitude - 1.0;
         Seen {
-            off: [bins / sigma, 0.0],
+            // What is off has no sigma where none is told.
+            off: [if tone.sigma < 1.0 { bins / sigma } else { f64::INFINITY }, 0.0],
             over_bound: [bins / bound, 0.0],
             bins,
             sigma: sigma / bound,

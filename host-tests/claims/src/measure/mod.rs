@@ -130,6 +130,7 @@ fn measured<R: Record, const N: usize, E: engine::Engine>(case: &Case, run: &mut
         // Measured before.
         Path::ByTurns => Trial::default(),
         Path::Chirps(laps) => chirps::trial::<R, N, E>(case, run, &mut pipeline, laps),
+        Path::Sequence(laps) => chirps::sequence::<R, N, E>(case, run, &mut pipeline, laps),
     }
 }
 
@@ -167,7 +168,8 @@ fn locked<R: Record, const N: usize>(case: &Case, run: &mut Run, bins: i32) -> S
     against.tone(&Tone { frequency, sigma, verdict: Verdict::Good, ..Tone::default() })
 }
 
-fn samples<R: Record, const N: usize>(run: &mut Run, index: usize) -> [R::Sample; N] {
+/// The samples of a run's record.
+pub fn samples<R: Record, const N: usize>(run: &mut Run, index: usize) -> [R::Sample; N] {
     let codes = run.record(index, N);
     std::array::from_fn(|n| R::from_parts(codes.get(n).copied().unwrap_or_default()))
 }
