@@ -4,6 +4,7 @@ use picket_claims::scenes::{Kind, amplitude, anywhere, beside, deviation, line, 
 use picket_claims::{Asked, Case, Event, Truths, hold};
 use picket_dsp::{Codes, Config, Iq as IqRecord, Method, Reach, Real as RealRecord, Record};
 use picket_simulator::Value;
+use picket_simulator::scene::{Change, Tone};
 
 use Kind::{Iq, Real};
 
@@ -359,14 +360,12 @@ fn good_means_one_thing_whatever_the_method() {
         [own].into_iter().chain(Method::ALL.iter().copied().filter(fits)).collect()
     }
     let place = || Value::from(70.0..170.0);
-    let sidebands =
-        |cycles: f64| vec![line(place(), 300.0), beside(cycles, -12.0), beside(-cycles, -12.0)];
+    let swing = Change::Am { depth: 0.5.into(), rate_hz: (0.5..1.5).into() };
     let outside = [25.0, 33.3, 41.7, 48.2, 191.6, 202.5, 213.4, 228.1];
     let all = [
         ("steady", vec![line(place(), 450.0)]),
         ("beside the band", vec![line(outside, 450.0)]),
-        ("with sidebands near by", sidebands(0.7)),
-        ("with sidebands", sidebands(1.3)),
+        ("with sidebands", vec![Tone { changes: vec![swing], ..line(place(), 300.0) }]),
         ("two tones", vec![line(place(), 300.0), beside(1.5..6.5, -6.0)]),
     ];
     for (kind, methods) in [(Real, methods::<RealRecord>()), (Iq, methods::<IqRecord>())] {
