@@ -6,8 +6,8 @@ use picket_dsp::acquire::sample::{Iq, Real, Record, Stamp};
 use picket_dsp::config::Config;
 use picket_dsp::pipeline::Pipeline;
 use picket_dsp::spectrum::engine::Engine;
-use picket_dsp::spectrum::view::Points;
 use picket_dsp::spectrum::peak::Band;
+use picket_dsp::spectrum::view::Points;
 use picket_dsp::tone::Verdict;
 use picket_dsp::tone::detection::Threshold;
 use picket_simulator::Draw;
@@ -99,7 +99,9 @@ fn alarms<R: Record, const N: usize>(shape: Shape, band_hz: Option<(f64, f64)>) 
                 BINS.with_borrow_mut(|bins| {
                     bins.clear();
                     bins.extend(
-                        sizes.iter().map(|size| [0; 2].map(|_| (size * draw.normal()).trunc() as f32)),
+                        sizes
+                            .iter()
+                            .map(|size| [0; 2].map(|_| (size * draw.normal()).trunc() as f32)),
                     );
                 });
                 pipeline.block(&Stamp::default(), &samples).tone.verdict == Verdict::Good

@@ -248,8 +248,11 @@ fn offset_squared<R: Record, const N: usize>(seed: u64, records: u64) -> f64 {
     let errors = (1..=records).map(|record| {
         spectrum.transform(&samples::<R, N>(&mut scene.run(record).unwrap(), 0), CODES);
         let peak = peak::find(&spectrum.view(), band).unwrap().bin;
-        let fit =
-            fit::<f32, R>(&Bins::from_view(&spectrum.view(), peak), Reach::Sixteen, FitStart::Usual);
+        let fit = fit::<f32, R>(
+            &Bins::from_view(&spectrum.view(), peak),
+            Reach::Sixteen,
+            FitStart::Usual,
+        );
         let error = f64::from(peak) + f64::from(fit.unwrap().offset) - bins;
         let error = if R::IQ { error - (error / N as f64).round() * N as f64 } else { error };
         error / bound
