@@ -9,7 +9,7 @@ use picket_dsp::spectrum::engine::Engine;
 use picket_dsp::spectrum::peak::Band;
 use picket_dsp::spectrum::view::Points;
 use picket_dsp::tone::Verdict;
-use picket_dsp::tone::detection::Threshold;
+use picket_dsp::tone::threshold::Threshold;
 use picket_simulator::Draw;
 use rayon::prelude::*;
 use std::cell::RefCell;

@@ -72,7 +72,9 @@ fn every_method_over_the_bound() {
 #[test]
 fn table_2_of_the_lidar_paper() {
     let codes = Width::Codes(Codes::signed::<12>());
-    for (numbers, width) in [(Numbers::F64, Width::Float), (Numbers::Library(Arithmetic::Target), codes)] {
+    for (numbers, width) in
+        [(Numbers::F64, Width::Float), (Numbers::Library(Arithmetic::Target), codes)]
+    {
         let sweep = |names: &str| Sweep {
             numbers,
             width,

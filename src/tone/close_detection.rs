@@ -119,8 +119,6 @@ const LOUDER: f32 = 1.4;
 /// spectrum.
 const RESIDUAL: f32 = 2.6;
 
-/// All bins that a fit reads.
-
 impl Spread {
     /// The mean residual of a bin over all groups, with its degrees of freedom.
     fn mean(&self) -> (f32, f32) {
