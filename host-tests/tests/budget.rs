@@ -5,7 +5,7 @@ use picket_dsp::Effort;
 use picket_dsp::acquire::sample::{Iq, Real, Record};
 use picket_host::board::self_test;
 use picket_host::emulator::Footprint;
-use picket_host::toolchain::Target;
+use picket_host::toolchain::{Profile, Target};
 use picket_lab::bench::model::Model;
 use picket_lab::bench::{
     self, CORES, Core, Count, ENGINES, Engine, How, Scope,
@@ -45,10 +45,9 @@ struct Budgets {
     /// Instructions on the Cortex-M55, by record length and stage: the median, and the most of records without a sample at
     /// a rail and of those with.
     helium: BTreeMap<usize, BTreeMap<String, [u64; 3]>>,
-    /// Bytes of program memory of an image for that core that measures one tone, and of one without verdicts.
-    helium_images: [u64; 2],
-    /// Bytes of program memory of both images by core: start-up, code and tables.
-    single_images: BTreeMap<String, [u64; 2]>,
+    /// Bytes of program memory of the image that measures one tone, for size and for speed, and of the image without verdicts, for size, by
+    /// core: start-up, code and tables.
+    single_images: BTreeMap<String, [u64; 3]>,
     /// Bytes of program memory and of RAM of the board's self-test.
     self_test_image: [u64; 2],
 }
@@ -68,8 +67,6 @@ struct Budget {
     cycles: BTreeMap<usize, BTreeMap<String, u64>>,
     /// Bytes of the pipeline with two records, by record length.
     ram_bytes: BTreeMap<usize, u64>,
-    /// Bytes of code and tables for a measurement of one record length.
-    code_and_table_bytes: BTreeMap<usize, u64>,
     /// The least ratio to the error of the transform in dB, full scale and 40 dB below.
     snr_db: BTreeMap<usize, [f64; 2]>,
 }
@@ -148,10 +145,15 @@ impl Excess {
         }
     }
 
-    fn check_single_images(&mut self, core: &Core, allowed: [u64; 2]) {
-        for (bin, allowed) in ["single", "frequency_only"].into_iter().zip(allowed) {
-            let spent = size::program_memory(core, bin).unwrap_or_else(|error| panic!("{error}"));
-            self.check(&format!("{}, bytes of the image {bin}", core.name), spent, allowed);
+    fn check_single_images(&mut self, core: &Core, allowed: [u64; 3]) {
+        use Profile::{Release, Size};
+        for ((bin, profile), allowed) in
+            [("single", Size), ("single", Release), ("frequency_only", Size)].into_iter().zip(allowed)
+        {
+            let spent = size::program_memory(core, bin, profile);
+            let spent = spent.unwrap_or_else(|error| panic!("{error}"));
+            let name = format!("{}, bytes of the image {bin} for {}", core.name, profile.name());
+            self.check(&name, spent, allowed);
         }
     }
 
@@ -225,10 +227,6 @@ impl Excess {
             }
             let ram = count.pipeline_bytes().unwrap();
             self.check(&format!("{name}, bytes of RAM"), ram, budget.ram_bytes[&n]);
-            if let Some(&allowed) = budget.code_and_table_bytes.get(&n) {
-                let code = bench::size::code(&image, n).unwrap() + engine.table_bytes(n);
-                self.check(&format!("{name}, bytes of code and tables"), code, allowed);
-            }
             let (reached, least) = (count.snr_db().unwrap(), budget.snr_db[&n]);
             println!("{name}, signal to error: {reached:.2?} dB");
             if reached[0] < least[0] || reached[1] < least[1] {
@@ -474,9 +472,8 @@ fn the_kernels_of_helium_equal_their_definition_and_keep_their_budget() {
         assert!(compared > 200 && unequal == 0, "{name}: {unequal} of {compared} blocks differ");
         excess.check_helium(&name, &count, budgets.helium.get(&n), &["fft", "peak", "fft_peak"]);
     }
-    // The images that count a whole measurement and the smallest one are built for the long run alone.
+    // The image that counts a whole measurement is built for the long run alone.
     if random.or(long).is_some() {
-        excess.check_single_images(core, budgets.helium_images);
         let short = image(core, engine, Scope::Short);
         let count = count(core, engine, &short, 1024, 200);
         excess.check_helium("M55, N = 1024", &count, budgets.helium.get(&1024), &bench::STAGES);

@@ -250,6 +250,20 @@ impl View<'_> {
         if !iq && row.0 < row.1 {
             return self.fill_mirrored(first, row, places);
         }
+        self.fill_circle(first, places)
+    }
+
+    /// The bins of an I/Q record from `first` on, round the circle; also those of a real record that a band never holds.
+    fn fill_circle<'b>(&self, first: i32, places: &'b mut [MaybeUninit<Point>]) -> &'b mut [Point] {
+        if let (true, Points::Integer(points)) = (self.layout.iq, self.points) {
+            let (mut next, last) = (self.layout.wrapped(first), self.layout.n - 1);
+            let bins = core::iter::from_fn(|| {
+                let bin = points.get(next).copied();
+                next = (next + 1) & last;
+                bin
+            });
+            return integer::filled(places, bins);
+        }
         integer::filled(places, (0..).map(|index| self.point(first.wrapping_add(index))))
     }
 
@@ -288,12 +302,11 @@ impl View<'_> {
         if !self.layout.iq {
             return self.fill(first, places);
         }
-        let part = |k: i32| self.point(k);
-        let bins = integer::filled(places, (0..).map(|index| part(first.wrapping_add(index))));
+        let bins = self.fill_circle(first, places);
         let zero = self.layout.wrapped(first.wrapping_neg());
         // A short record's window goes round the circle more than once.
         for offset in bins.iter_mut().skip(zero).step_by(self.layout.n.max(1)) {
-            let beside = [part(-1), part(1)];
+            let beside = [self.point(-1), self.point(1)];
             let [below, above] = beside.map(products::power);
             if products::power(*offset) / STANDS_OUT > below.saturating_add(above) {
                 let [[a, b], [c, d]] = beside;

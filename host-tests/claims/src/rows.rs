@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::path::Path;
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 
 /// A row.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -85,7 +85,7 @@ pub(crate) fn hold(seen: &[table::Row]) {
     // The harness names its threads as their tests.
     let thread = std::thread::current();
     let Some(test) = thread.name().filter(|name| name.contains("::")) else { return };
-    let mut run = RUN.lock().unwrap();
+    let mut run = RUN.lock().unwrap_or_else(PoisonError::into_inner);
     let rows = run.entry(test.to_owned()).or_default();
     for (label, of) in seen {
         for (asked, judged) in of.iter().filter(|(asked, _)| asked.is_limited()) {

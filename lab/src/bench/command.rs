@@ -128,10 +128,9 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
                 let model = Model::of(core, image, n, how).map_err(|error| error.to_string())?;
                 let counts = bench::count(core, engine, image, n, how, options.random);
                 let count = counts.map_err(|error| error.to_string())?;
-                let code = bench::size::code(image, n).map_err(|error| error.to_string())?;
                 let (blocks, different) = count.equality();
                 (compared, unequal) = (compared + blocks, unequal + different);
-                let mut rows = count.rows(Some(code), model.as_ref());
+                let mut rows = count.rows(model.as_ref());
                 if options.search > 0 {
                     let found = search(options, core, image, n, how)?;
                     let whole = rows.iter_mut().filter(|row| row.stage == "measurement");

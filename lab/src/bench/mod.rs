@@ -353,7 +353,7 @@ impl Count {
     }
 
     /// Every stage of ours, then the rivals'.
-    pub fn rows(&self, code: Option<u64>, model: Option<&Model>) -> Vec<Row> {
+    pub fn rows(&self, model: Option<&Model>) -> Vec<Row> {
         let snr = |engine: &str, which: usize| self.snr_db.get(engine).map(|pair| pair[which]);
         let spectrum = self.figures.get("spectrum_bytes").and_then(|f| f.last().copied());
         let row = |engine: &str, stage: &str, name: &str| {
@@ -371,7 +371,6 @@ impl Count {
                     (false, _) => quoted::ram(engine, self.n),
                 },
                 table_bytes: ours.then(|| self.engine.table_bytes(self.n)),
-                code_bytes: code.filter(|_| ours && self.engine.is_own() && stage == "measurement"),
                 snr_0_db: snr(engine, 0).filter(|_| transform),
                 snr_m40_db: snr(engine, 1).filter(|_| transform),
                 median_cycles,

@@ -29,8 +29,6 @@ pub struct Row {
     pub ram_bytes: Option<u64>,
     /// Tables, in bytes.
     pub table_bytes: Option<u64>,
-    /// Machine code, in bytes, without tables.
-    pub code_bytes: Option<u64>,
     /// How far the error is below a full-scale tone, in dB.
     pub snr_0_db: Option<f64>,
     /// How far the error is below a tone of -40 dBFS, in dB.
@@ -60,7 +58,6 @@ impl Row {
             found: [None; 2],
             ram_bytes: None,
             table_bytes: None,
-            code_bytes: None,
             snr_0_db: None,
             snr_m40_db: None,
             median_cycles: None,

@@ -9,7 +9,7 @@ pub fn table(rows: &[Row]) -> Table {
     table.load_style(presets::UTF8_HORIZONTAL_ONLY);
     table.set_header([
         "core", "N", "engine", "stage", "median", "95 %", "worst", "clipped", "found", "clipped",
-        "cycles", "RAM B", "tables B", "code B", "0 dBFS", "-40 dBFS",
+        "cycles", "RAM B", "tables B", "0 dBFS", "-40 dBFS",
     ]);
     for row in rows {
         let number = |value: Option<u64>| value.map_or(String::new(), |value| value.to_string());
@@ -29,7 +29,6 @@ pub fn table(rows: &[Row]) -> Table {
             cycles(row),
             number(row.ram_bytes),
             number(row.table_bytes),
-            number(row.code_bytes),
             ratio(row.snr_0_db),
             ratio(row.snr_m40_db),
         ]);

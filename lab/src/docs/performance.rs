@@ -302,16 +302,21 @@ fn helium(_: &Table) -> Lines {
 
 fn sizes(_: &Table) -> Lines {
     let budget = Budget::read()?;
-    let mut lines = head("| program, built for size | program memory on M4F, KB |");
+    let mut lines = head("| program | M0 | M3 | M4F |");
     for (name, which) in [
-        ("`Pipeline::tone`, with every verdict and sigma (`firmware/src/bin/single.rs`)", 0),
+        ("`Pipeline::tone`, with every verdict and sigma (`firmware/src/bin/single.rs`), for size", 0),
+        ("the same at opt-level 3", 1),
         (
-            "`FrequencyOnly`, whose answers cannot be told from wrong ones (`firmware/src/bin/frequency_only.rs`)",
-            1,
+            "`FrequencyOnly`, whose answers cannot be told from wrong ones (`firmware/src/bin/frequency_only.rs`), for size",
+            2,
         ),
     ] {
-        let kilobytes = budget.at(&format!("/single_images/M4F/{which}"))? / 1e3;
-        lines.push(row([name.to_owned(), format!("{kilobytes:.1}")]));
+        let mut cells = vec![name.to_owned()];
+        for core in ["M0", "M3", "M4F"] {
+            let bytes = budget.at(&format!("/single_images/{core}/{which}"))?;
+            cells.push(format!("{:.1}", bytes / 1e3));
+        }
+        lines.push(row(cells));
     }
     Ok(lines)
 }
