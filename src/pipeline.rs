@@ -11,11 +11,12 @@ pub use burst_processor::BurstProcessor;
 pub use frequency_only::{FrequencyOnly, Unjudged};
 
 pub(crate) use measured::Measured;
+pub(crate) use ramps::Ramps;
 
 use crate::acquire::burst::Cut;
 use crate::acquire::sample::{Data, Record, Stamp};
 use crate::burst::{self, Burst};
-use crate::plan::{Plan, Solver};
+use crate::plan::{Plan, Solver, Terms};
 use crate::solve::chirp::Target;
 use crate::solve::doppler::{self, Velocity};
 use crate::spectrum::Spectrum;
@@ -28,7 +29,6 @@ use crate::tone::observer::Observer;
 use crate::tone::phasor::ToneWithPhase;
 use crate::tone::{FrequencyDrift, Tone};
 use heapless::Vec;
-use ramps::Ramps;
 
 /// The result of one block, with the target if the block completed a chirp.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -158,9 +158,9 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         self.spectrum.transform(samples, self.plan.codes);
     }
 
-    /// The velocity or target computed from a tone.
-    pub(crate) fn solve(&mut self, stamp: &Stamp, tone: Tone) -> Outcome {
-        self.ramps.solve(&self.plan.solver, stamp, &[tone.into()], R::IQ)
+    /// The terms, and the beats of the chirp so far.
+    pub(crate) fn solver(&mut self) -> (&Terms, &mut Ramps) {
+        (&self.plan, &mut self.ramps)
     }
 
     /// The last block.
@@ -224,10 +224,14 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
     /// The outcome of a tone from another source than the blocks themselves (a burst, a sum): a velocity where the scene is a Doppler
     /// shift, else nothing more.
     pub fn outcome(&self, tone: &Tone) -> Outcome {
-        match self.plan.solver {
-            Solver::Doppler(scale) => Outcome::Velocity(doppler::velocity(tone, scale)),
-            _ => Outcome::None,
-        }
+        outcome(&self.plan.solver, tone)
+    }
+}
+
+fn outcome(solver: &Solver, tone: &Tone) -> Outcome {
+    match *solver {
+        Solver::Doppler(scale) => Outcome::Velocity(doppler::velocity(tone, scale)),
+        _ => Outcome::None,
     }
 }
 

@@ -7,8 +7,8 @@
 use crate::acquire::sample::{Data, Record, Segment, Stamp, Statistics};
 use crate::list::first;
 use crate::math::scalar::Scalar as _;
-use crate::pipeline::{Measurement, Pipeline};
-use crate::plan::{Plan, Solver};
+use crate::pipeline::{Measured, Measurement, Pipeline, Ramps};
+use crate::plan::{Plan, Solver, Terms};
 use crate::solve::chirp::{self, Shape, Target};
 use crate::solve::doppler::{self, Velocity};
 use crate::solve::equations::Equations;
@@ -18,6 +18,7 @@ use crate::solve::track::Track;
 use crate::solve::tracks::{Sight, Tracks};
 use crate::spectrum::layout::Layout;
 use crate::spectrum::peak::{self, Band};
+use crate::spectrum::zoom::{Oscillator, Zoom};
 use crate::tone::lines::MOST;
 use crate::tone::lock::Lock;
 use crate::tone::threshold::{HOLD, Threshold};
@@ -47,24 +48,41 @@ use heapless::Vec;
 #[derive(Clone, Debug)]
 pub struct Tracker<R: Record, const N: usize> {
     pipeline: Pipeline<R, N>,
+    followed: Followed,
+}
+
+/// What is followed. Compiled once for all kinds and lengths of records.
+#[derive(Clone, Debug)]
+struct Followed {
     tracks: [Tracks; 3],
     locks: [Option<Lock>; 3],
+}
+
+/// A block in which a tone is followed.
+struct Block<'a> {
+    stamp: &'a Stamp,
+    data: Data<'a>,
+    layout: &'static Layout,
+    terms: &'a Terms,
 }
 
 impl<R: Record, const N: usize> Tracker<R, N> {
     /// A tracker for this plan; [`Terms::tracking`](crate::plan::Terms::tracking) sets how it
     /// follows.
     pub const fn new(plan: Plan<R, N>) -> Self {
-        let tracks = [const { Tracks::new() }; 3];
-        let locks = [const { None }; 3];
-        Self { pipeline: Pipeline::new(plan), tracks, locks }
+        Self { pipeline: Pipeline::new(plan), followed: Followed::new() }
     }
 
     /// Follows another plan from the next block on, and forgets all tracks.
     pub fn set_plan(&mut self, plan: Plan<R, N>) {
         self.pipeline.set_plan(plan);
-        self.tracks.iter_mut().for_each(|tracks| *tracks = Tracks::new());
-        self.locks.iter_mut().for_each(|lock| *lock = None);
+        self.followed.tracks.iter_mut().for_each(|tracks| *tracks = Tracks::new());
+        self.followed.locks.iter_mut().for_each(|lock| *lock = None);
+    }
+
+    /// The pipeline. Its spectrum is that of the last block that was searched whole; a plan that follows no tones has all searched.
+    pub const fn pipeline(&self) -> &Pipeline<R, N> {
+        &self.pipeline
     }
 
     /// Whether the plan follows tones at all.
@@ -76,100 +94,30 @@ impl<R: Record, const N: usize> Tracker<R, N> {
     /// measures that tone where it is expected; otherwise it does what [`Pipeline::block`] does.
     /// With a plan that follows no tones, it is a pipeline.
     pub fn block(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) -> Measurement {
-        if !self.follows() {
-            return self.pipeline.block(stamp, samples);
-        }
-        if let Some(measurement) = self.locked(stamp, samples) {
+        let follows = self.follows();
+        let Self { pipeline, followed } = self;
+        let (data, layout) = (Data::of::<R>(samples), Layout::of::<R, N>());
+        let zoom = |oscillator: &Oscillator| oscillator.zoom::<R, N>(samples);
+        let (terms, ramps) = pipeline.solver();
+        let block = Block { stamp, data, layout, terms };
+        if follows && let Some(measurement) = followed.locked(&block, ramps, &zoom) {
             return measurement;
         }
-        let measurement = self.searched(stamp, samples);
-        let (segment, layout) = (place(stamp.segment), Layout::of::<R, N>());
-        let tracking = &self.pipeline.plan().tracking;
-        let follow = tracking.refresh > 1 && tracking.most == 1;
-        if let (Some(tracks), Some(lock)) = (self.tracks.get(segment), self.locks.get_mut(segment))
-        {
-            let tone = tracks.only().filter(|_| follow);
-            let renewed = match (lock.as_mut(), tone) {
-                (Some(lock), Some(tone)) => lock.renew(tone, layout),
-                _ => false,
-            };
-            if !renewed {
-                *lock = tone.and_then(|tone| Lock::on(tone, layout));
-            }
+        let measurement = pipeline.block(stamp, samples);
+        if follows {
+            followed.search(data, &pipeline.measured(), &measurement);
         }
         measurement
     }
 
     /// Whether the last block of a segment was measured without a search.
     pub fn is_locked(&self, segment: Segment) -> bool {
-        matches!(self.locks.get(place(segment)), Some(Some(lock)) if lock.age > 0)
-    }
-
-    /// Measures the locked tone without a search; `None` if a search is due. A search is due when
-    /// the lock is old or does not see its tone.
-    fn locked(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) -> Option<Measurement> {
-        let plan = self.pipeline.plan();
-        let segment = place(stamp.segment);
-        let lock = self.locks.get_mut(segment)?.as_mut()?;
-        let tracks = self.tracks.get_mut(segment)?;
-        if lock.age.saturating_add(1) >= plan.tracking.refresh {
-            return None;
-        }
-        let expected = tracks.expected(stamp, plan.segments())?;
-        let layout = Layout::of::<R, N>();
-        let clipped = Statistics::clipped(Data::of::<R>(samples), plan.codes);
-        let zoom = lock.aim(expected, layout)?.zoom::<R, N>(samples);
-        let tone = lock.measure(&zoom, expected, clipped, layout)?;
-        let width = plan.options.width.of_block() * const { 1.0 / (N * N) as f32 };
-        let sigma = (tone.sigma * tone.sigma + width).root();
-        let tone = Tone { rate_hz: plan.rate_hz, sigma, ..tone };
-        // A tone outside the gate belongs to another target.
-        tracks.lead(stamp, &tone, &plan.tracking).then_some(())?;
-        let result = self.pipeline.solve(stamp, tone);
-        Some(Measurement { stamp: *stamp, clipped, tone, result })
-    }
-
-    /// Measures and searches the whole block.
-    fn searched(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) -> Measurement {
-        let measurement = self.pipeline.block(stamp, samples);
-        let pipeline = &self.pipeline;
-        let (plan, measured) = (pipeline.plan(), pipeline.measured());
-        let mut tones = Vec::<Tone, MOST>::new();
-        if plan.tracking.most > 1 {
-            let phasors = pipeline.lines(&measurement, plan.tracking.most);
-            tones = first(phasors.iter().map(|phasor| phasor.tone));
-        } else {
-            // The list is empty, so there is room for one.
-            let _ = tones.push(measurement.tone);
-        }
-        let find = |tone: &Tone, gate: f32| {
-            let gate = bins(measured.view.layout, tone, gate, plan.band);
-            let peak = peak::within(&measured.view, plan.band, gate)?;
-            [plan.options.threshold, Threshold::new(gate.width(), HOLD)]
-                .into_iter()
-                .map(|threshold| {
-                    measured.at(
-                        stamp,
-                        Data::of::<R>(samples),
-                        measurement.clipped,
-                        &peak,
-                        threshold,
-                    )
-                })
-                .zip([true, false])
-                .find(|(tone, _)| tone.verdict.usable() < Usable::No)
-        };
-        let every = plan.segments();
-        let sight = Sight { stamp, every, bin: 1.0 / N as f32, tones: &tones, find };
-        if let Some(tracks) = self.tracks.get_mut(place(stamp.segment)) {
-            tracks.step(sight, &plan.tracking);
-        }
-        measurement
+        matches!(self.followed.locks.get(place(segment)), Some(Some(lock)) if lock.age > 0)
     }
 
     /// The tracks of a segment, oldest first. Without chirps they are the tracks of all blocks.
     pub fn tracks(&self, segment: Segment) -> &[Track] {
-        self.tracks.get(place(segment)).map_or(&[], Tracks::all)
+        self.followed.tracks.get(place(segment)).map_or(&[], Tracks::all)
     }
 
     /// The velocities of the held tracks, if the scene is a Doppler shift.
@@ -177,7 +125,7 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         let Solver::Doppler(scale) = self.pipeline.plan().solver else {
             return Vec::new();
         };
-        let held = self.tracks.first().into_iter().flat_map(Tracks::held);
+        let held = self.followed.tracks.first().into_iter().flat_map(Tracks::held);
         first(held.map(|track| doppler::velocity(&track.tone, scale)))
     }
 
@@ -201,9 +149,10 @@ impl<R: Record, const N: usize> Tracker<R, N> {
             return targets;
         };
         let held = |tracks: &Tracks| first(tracks.held().map(|track| Line::from(track.tone)));
-        let lines = self.tracks.each_ref().map(held);
+        let lines = self.followed.tracks.each_ref().map(held);
         let [up, _, downs] = &lines;
-        let numbers = self.tracks.iter().flat_map(Tracks::held).map(|track| track.number as u16);
+        let numbers =
+            self.followed.tracks.iter().flat_map(Tracks::held).map(|track| track.number as u16);
         for (place, (number, rising)) in numbers.zip(up).enumerate() {
             if equations.shape == Shape::Sawtooth {
                 let _ = targets.push((number, chirp::sawtooth(&rising.tone, R::IQ, equations)));
@@ -214,6 +163,82 @@ impl<R: Record, const N: usize> Tracker<R, N> {
             }
         }
         targets
+    }
+}
+
+impl Followed {
+    const fn new() -> Self {
+        Self { tracks: [const { Tracks::new() }; 3], locks: [const { None }; 3] }
+    }
+
+    /// Measures the locked tone without a search, in the zoom that the lock asks for; `None` if a search is due. A search is due when the
+    /// lock is old or does not see its tone.
+    fn locked(
+        &mut self,
+        block: &Block,
+        ramps: &mut Ramps,
+        zoom: &dyn Fn(&Oscillator) -> Zoom,
+    ) -> Option<Measurement> {
+        let &Block { stamp, data, layout, terms } = block;
+        let segment = place(stamp.segment);
+        let lock = self.locks.get_mut(segment)?.as_mut()?;
+        let tracks = self.tracks.get_mut(segment)?;
+        if lock.age.saturating_add(1) >= terms.tracking.refresh {
+            return None;
+        }
+        let expected = tracks.expected(stamp, terms.segments())?;
+        let clipped = Statistics::clipped(data, terms.codes);
+        let zoom = zoom(lock.aim(expected, layout)?);
+        let tone = lock.measure(&zoom, expected, clipped, layout)?;
+        let bin_squared = f32::two_to(-2 * layout.bits() as i32);
+        let width = terms.options.width.of_block() * bin_squared;
+        let sigma = (tone.sigma * tone.sigma + width).root();
+        let tone = Tone { rate_hz: terms.rate_hz, sigma, ..tone };
+        // A tone outside the gate belongs to another target.
+        tracks.lead(stamp, &tone, &terms.tracking).then_some(())?;
+        let result = ramps.solve(&terms.solver, stamp, &[tone.into()], layout.iq);
+        Some(Measurement { stamp: *stamp, clipped, tone, result })
+    }
+
+    /// Updates the tracks by a block that was measured and is searched whole.
+    fn search(&mut self, data: Data, measured: &Measured, measurement: &Measurement) {
+        let Measurement { stamp, clipped, tone, .. } = measurement;
+        let (terms, layout) = (measured.terms, measured.view.layout);
+        let mut tones = Vec::<Tone, MOST>::new();
+        if terms.tracking.most > 1 {
+            let phasors = measured.lines(measurement, terms.tracking.most);
+            tones = first(phasors.iter().map(|phasor| phasor.tone));
+        } else {
+            // The list is empty, so there is room for one.
+            let _ = tones.push(*tone);
+        }
+        let find = |tone: &Tone, gate: f32| {
+            let gate = bins(layout, tone, gate, terms.band);
+            let peak = peak::within(&measured.view, terms.band, gate)?;
+            [terms.options.threshold, Threshold::new(gate.width(), HOLD)]
+                .into_iter()
+                .map(|threshold| measured.at(stamp, data, *clipped, &peak, threshold))
+                .zip([true, false])
+                .find(|(tone, _)| tone.verdict.usable() < Usable::No)
+        };
+        let bin = 1.0 / layout.n as f32;
+        let sight = Sight { stamp, every: terms.segments(), bin, tones: &tones, find };
+        let segment = place(stamp.segment);
+        let (Some(tracks), Some(lock)) =
+            (self.tracks.get_mut(segment), self.locks.get_mut(segment))
+        else {
+            return;
+        };
+        tracks.step(sight, &terms.tracking);
+        let follow = terms.tracking.refresh > 1 && terms.tracking.most == 1;
+        let tone = tracks.only().filter(|_| follow);
+        let renewed = match (lock.as_mut(), tone) {
+            (Some(lock), Some(tone)) => lock.renew(tone, layout),
+            _ => false,
+        };
+        if !renewed {
+            *lock = tone.and_then(|tone| Lock::on(tone, layout));
+        }
     }
 }
 

@@ -222,10 +222,7 @@ impl<R: Record, const N: usize> Accumulator<R, N> {
 
     /// Forgets the sum in progress.
     pub fn clear(&mut self) {
-        for cells in [&mut self.near, &mut self.far] {
-            cells.points_mut().fill([0; 2]);
-        }
-        (self.progress.scale, self.progress.clipped) = (Scale::NOTHING, 0);
+        self.progress.clear(self.near.points_mut(), self.far.points_mut());
     }
 
     /// Adds the block that `pipeline` measured last, and returns the result if it completes a sum.
@@ -239,12 +236,7 @@ impl<R: Record, const N: usize> Accumulator<R, N> {
     ) -> Option<Accumulated> {
         let view = pipeline.spectrum().view();
         let Self { near, far, progress } = self;
-        let complete = progress.add(measurement, &view, near.points_mut(), far.points_mut())?;
-        let result = complete.then(|| self.result(pipeline.plan()));
-        if result.is_some() {
-            self.clear();
-        }
-        result
+        progress.add(measurement, &view, pipeline.plan(), near.points_mut(), far.points_mut())
     }
 
     /// The result of the blocks added so far. `terms` belong to the pipeline's plan.
@@ -257,14 +249,15 @@ impl<R: Record, const N: usize> Accumulator<R, N> {
 }
 
 impl Progress {
-    /// Adds a block to the sums if it belongs to them, and returns whether they are complete.
+    /// Adds a block to the sums if it belongs to them, and returns the result if that completes them.
     fn add(
         &mut self,
         measurement: &Measurement,
         view: &View,
+        terms: &Terms,
         near: &mut [Point],
         far: &mut [Point],
-    ) -> Option<bool> {
+    ) -> Option<Accumulated> {
         let stamp = &measurement.stamp;
         if self.of_segment && self.segment != stamp.segment {
             return None;
@@ -280,7 +273,19 @@ impl Progress {
         let number = stamp.sequence.wrapping_sub(self.first);
         let moved = Moved::new(self.drift * (number as f32 - middle), n);
         Adder { near, far, scale: &mut self.scale }.add(view, moved.as_ref());
-        Some(self.scale.blocks >= self.blocks)
+        if self.scale.blocks < self.blocks {
+            return None;
+        }
+        let sums = Sums { layout: view.layout, near, far, scale: self.scale };
+        let result = self.result(&sums, terms);
+        self.clear(near, far);
+        Some(result)
+    }
+
+    fn clear(&mut self, near: &mut [Point], far: &mut [Point]) {
+        near.fill([0; 2]);
+        far.fill([0; 2]);
+        (self.scale, self.clipped) = (Scale::NOTHING, 0);
     }
 
     fn result(&self, sums: &Sums, terms: &Terms) -> Accumulated {

@@ -31,6 +31,8 @@ pub trait Record: sealed::Sealed + Copy + core::fmt::Debug + Send + Sync + 'stat
     fn pairs(samples: &[Self::Sample]) -> &[[i16; 2]];
     /// [`Record::pairs`], for writing.
     fn pairs_mut(samples: &mut [Self::Sample]) -> &mut [[i16; 2]];
+    /// The record that [`Record::pairs`] gives these points of.
+    fn samples(pairs: &[[i16; 2]]) -> &[Self::Sample];
 }
 
 /// Real samples, from one converter.
@@ -60,6 +62,9 @@ impl Record for Real {
     fn pairs_mut(samples: &mut [i16]) -> &mut [[i16; 2]] {
         samples.as_chunks_mut().0
     }
+    fn samples(pairs: &[[i16; 2]]) -> &[i16] {
+        pairs.as_flattened()
+    }
 }
 
 impl Record for Iq {
@@ -80,6 +85,9 @@ impl Record for Iq {
     }
     fn pairs_mut(samples: &mut [[i16; 2]]) -> &mut [[i16; 2]] {
         samples
+    }
+    fn samples(pairs: &[[i16; 2]]) -> &[[i16; 2]] {
+        pairs
     }
 }
 

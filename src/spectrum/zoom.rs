@@ -104,16 +104,27 @@ pub(super) fn mix<R: Record, const N: usize>(
     pairs: &[Pair],
     factors: &[Factor; LONGEST],
 ) -> [Point; POINTS] {
+    let length = const { (if R::IQ { N } else { N / 2 }) / POINTS };
+    mixed(pairs, factors, R::IQ, length, const { shift::<R, N>() })
+}
+
+/// [`mix`], compiled once for all kinds and lengths of records.
+fn mixed(
+    pairs: &[Pair],
+    factors: &[Factor; LONGEST],
+    iq: bool,
+    length: usize,
+    shift: u32,
+) -> [Point; POINTS] {
     let mut points = [[0; 2]; POINTS];
-    let length = if R::IQ { N } else { N / 2 } / POINTS;
     let mut rest = pairs;
     for point in &mut points {
         let Some((block, tail)) = rest.split_at_checked(length) else {
             break;
         };
         rest = tail;
-        let sum = if R::IQ { turned(block, factors) } else { weighed(block, factors) };
-        *point = sum.map(|part| (part >> const { shift::<R, N>() }) as i32);
+        let sum = if iq { turned(block, factors) } else { weighed(block, factors) };
+        *point = sum.map(|part| (part >> shift) as i32);
     }
     points
 }

@@ -22,11 +22,11 @@ pub type Triple = [Packed; 3];
 /// entry an earlier pass.
 pub const fn passes(m: usize) -> &'static [Triple] {
     match m {
+        32..=1024 if ONE_TABLE => &PASSES_1024,
         32 => &PASSES_32,
         64 => &PASSES_64,
         128 => &PASSES_128,
         256 => &PASSES_256,
-        512 if ONE_TABLE => &PASSES_1024,
         512 => &PASSES_512,
         1024 => &PASSES_1024,
         2048 => &PASSES_2048,
@@ -35,8 +35,7 @@ pub const fn passes(m: usize) -> &'static [Triple] {
     }
 }
 
-/// Whether transforms use the table of twice their length, and need every second of its factors: a page has both lengths, and its size
-/// counts.
+/// Whether shorter transforms use the table of the longest, and need some of its factors: a page has all lengths, and its size counts.
 const ONE_TABLE: bool = cfg!(target_arch = "wasm32");
 
 /// A factor of 32 bits, `[cos, sin]` in Q31.
