@@ -148,7 +148,9 @@ impl Excess {
     fn check_single_images(&mut self, core: &Core, allowed: [u64; 3]) {
         use Profile::{Release, Size};
         for ((bin, profile), allowed) in
-            [("single", Size), ("single", Release), ("frequency_only", Size)].into_iter().zip(allowed)
+            [("single", Size), ("single", Release), ("frequency_only", Size)]
+                .into_iter()
+                .zip(allowed)
         {
             let spent = size::program_memory(core, bin, profile);
             let spent = spent.unwrap_or_else(|error| panic!("{error}"));

@@ -310,7 +310,8 @@ fn what_is_proposed_is_right_or_nothing_is() {
     println!("{right} right, {unknown} not known, {wrong} wrong of {RECORDINGS}");
     // A walker whose shift lies at the mains' harmonics is not known. Of 17 answers beside a second tone one is 3 sigma off, which is more
     // than 5 %.
-    let others = outcomes.iter().enumerate().filter(|(index, _)| KINDS[index % KINDS.len()] != "walker");
+    let others =
+        outcomes.iter().enumerate().filter(|(index, _)| KINDS[index % KINDS.len()] != "walker");
     let missed = others.filter(|(_, outcome)| **outcome != Outcome::Right).count();
     assert!(missed <= 1 && wrong <= 2, "{missed} that are no walkers are not right; {wrong} wrong");
 }

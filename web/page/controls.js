@@ -84,7 +84,7 @@ export function sceneForm(form, scene, changed, chosen) {
   form.replaceChildren(first, ...sliders);
 }
 
-const LENGTHS = [1024, 2048, 4096];
+const LENGTHS = [64, 128, 256, 512, 1024, 2048, 4096];
 const CODES = [["12", "12 bits, signed"], ["-12", "12 bits, from 0"], ["14", "14 bits, signed"], ["16", "16 bits, signed"]];
 
 const MIXINGS = [["0", "tx-conj-rx"], ["1", "rx-conj-tx"]];

@@ -11,7 +11,7 @@ export class Simulated {
 
   advance(seconds) {
     // A page that was hidden does not catch up.
-    this.due = Math.min(this.due + seconds / this.block, 40);
+    this.due += Math.min(seconds, 0.1) / this.block;
     const blocks = Math.floor(this.due);
     this.due -= blocks;
     return this.core.simulate(blocks);

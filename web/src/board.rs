@@ -4,7 +4,7 @@ use crate::answer::Answer;
 use crate::device::{Blocks, Listener, Said};
 use crate::row::row;
 use crate::settings::{Kind, Settings};
-use crate::station::{self, Station};
+use crate::station::Station;
 use picket_dsp::acquire::burst::Counters;
 use picket_dsp::acquire::sample::Stamp;
 use picket_dsp::config::Scene;
@@ -30,7 +30,7 @@ pub struct Board {
     boot: Option<Boot>,
     status: Option<Status>,
     /// What measures its raw blocks, once its settings are known.
-    pub station: Option<Box<dyn Station>>,
+    pub station: Option<Station>,
     lines: Lines,
     lines_hz: f64,
     fundamental: Option<Tone>,
@@ -150,7 +150,7 @@ impl Board {
         };
         // A raw block is measured as a tone: which of a chirp's segments it is, it does not say.
         let plain = picket_dsp::Config { scene: Scene::Tone, ..*config };
-        self.station = station::from_config(&plain, device.iq, n, settings.full_scale()).ok();
+        self.station = Station::from_config(&plain, device.iq, n, settings.full_scale()).ok();
         (self.device, self.asks, self.told_hz) = (Some((device, n)), false, None);
     }
 

@@ -4,7 +4,7 @@
 #[path = "../../dependents/same_bits.rs"]
 pub mod same_bits;
 
-use crate::station::from_config;
+use crate::station::Station;
 use picket_dsp::acquire::sample::{Iq, Real, Record, Stamp};
 use picket_dsp::{Arithmetic, Codes, Config};
 use picket_simulator::scene::{
@@ -16,9 +16,10 @@ pub use same_bits::Seen;
 use same_bits::{Random, fill, hashed};
 
 /// Blocks of each length in a round.
-const ROUND: [(usize, u32); 3] = [(1024, 600), (2048, 100), (4096, 50)];
+const ROUND: [(usize, u32); 7] =
+    [(64, 300), (128, 300), (256, 300), (512, 300), (1024, 300), (2048, 100), (4096, 50)];
 
-/// Measures at least so many blocks, real ones and I/Q in turn, of 1024 to 4096 samples.
+/// Measures at least so many blocks, real ones and I/Q in turn, of 64 to 4096 samples.
 pub fn checksum(fixed: bool, blocks: u32) -> Seen {
     let mut seen = Seen { blocks: 0, checksum: 0xCBF2_9CE4_8422_2325, good: 0 };
     let mut random = Random(0x2545_F491_4F6C_DD1D);
@@ -36,7 +37,7 @@ fn measure<R: Record>(fixed: bool, n: usize, blocks: u32, random: &mut Random, s
     let codes = Codes::signed::<12>();
     let arithmetic = if fixed { Arithmetic::Fixed } else { Arithmetic::Float };
     let config = Config { arithmetic, ..Config::new(48_000.0, codes) };
-    let Ok(mut station) = from_config(&config, R::IQ, n, 2047.5) else { return };
+    let Ok(mut station) = Station::from_config(&config, R::IQ, n, 2047.5) else { return };
     let mut samples = vec![R::Sample::default(); n];
     for sequence in 0..blocks {
         fill::<R>(&mut samples, codes, random);

@@ -2,7 +2,7 @@
 
 use crate::answer::Answer;
 use crate::settings::{Kind, Settings};
-use crate::station::{self, Station};
+use crate::station::Station;
 use picket_dsp::acquire::sample::Stamp;
 use picket_recording::{Blocks, Options, Recording, RecordingError, Sample};
 use std::path::Path;
@@ -12,7 +12,7 @@ pub struct File {
     blocks: Blocks,
     settings: Settings,
     /// What measures it.
-    pub station: Box<dyn Station>,
+    pub station: Station,
     number: u32,
 }
 
@@ -40,7 +40,7 @@ impl File {
         }
         (settings.rate_hz, settings.iq) = (recording.rate_hz(), recording.iq());
         settings.kind = Kind::Tone;
-        let station = station::station(settings)?;
+        let station = Station::new(settings)?;
         let blocks = recording.blocks(settings.n, settings.n, 0);
         Ok(File { blocks, settings: *settings, station, number: 0 })
     }
@@ -59,7 +59,7 @@ impl File {
             let stamp = Stamp { sequence: self.number, clock: start, ..Stamp::default() };
             self.number = self.number.wrapping_add(1);
             if let Some(measurement) = self.station.block(stamp, &codes) {
-                return Ok(Some(station::answer(&measurement, self.station.terms())));
+                return Ok(Some(self.station.answer(&measurement)));
             }
         }
     }

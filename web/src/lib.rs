@@ -10,6 +10,7 @@ pub mod check;
 pub mod device;
 pub mod file;
 pub mod page;
+pub mod record;
 pub mod row;
 pub mod scene;
 pub mod settings;

@@ -5,7 +5,7 @@ use crate::board::Board;
 use crate::file::File;
 use crate::scene::Scene;
 use crate::settings::Settings;
-use crate::station::{self, Picture, Station};
+use crate::station::{Picture, Station};
 use picket_dsp::acquire::sample::{Segment, Stamp};
 use picket_dsp::tone::Verdict;
 
@@ -14,7 +14,7 @@ enum Source {
     /// Nothing was started.
     None,
     /// The simulated scene, or samples as they come.
-    Station(Box<dyn Station>),
+    Station(Box<Station>),
     /// A recording.
     File(Box<File>),
     /// A board.
@@ -54,7 +54,7 @@ impl Page {
         }
     }
 
-    fn station(&mut self) -> Option<&mut Box<dyn Station>> {
+    fn station(&mut self) -> Option<&mut Station> {
         match &mut self.source {
             Source::None => None,
             Source::Station(station) => Some(station),
@@ -91,8 +91,8 @@ impl Page {
         self.scene.again(seed);
         (self.blocks, self.numbers) = (0, Vec::new());
         self.rest.clear();
-        let started = station::station(&self.settings).map(|station| {
-            self.source = Source::Station(station);
+        let started = Station::new(&self.settings).map(|station| {
+            self.source = Source::Station(Box::new(station));
         });
         self.said(started.map_err(|sentence| format!("This cannot work: {sentence}.")))
     }
@@ -107,7 +107,7 @@ impl Page {
                 truth_hz: truth.hertz,
                 truth_m: truth.range_m,
                 truth_mps: truth.velocity_mps,
-                ..station::answer(&measurement, station.terms())
+                ..station.answer(&measurement)
             };
             row.put(&mut self.numbers);
         }
@@ -129,7 +129,7 @@ impl Page {
             let stamp = Stamp { sequence: self.blocks, clock, ..Stamp::default() };
             self.blocks = self.blocks.wrapping_add(1);
             let Some(measurement) = station.block(stamp, samples) else { continue };
-            station::answer(&measurement, station.terms()).put(&mut self.numbers);
+            station.answer(&measurement).put(&mut self.numbers);
         }
     }
 

@@ -285,7 +285,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::station::station;
+    use crate::station::Station;
     use picket_dsp::pipeline::Outcome;
     use picket_dsp::tone::Verdict;
 
@@ -293,7 +293,7 @@ mod tests {
     fn errors(settings: &Settings, sliders: &[(&str, f64)], blocks: usize) -> [Vec<f64>; 3] {
         let mut scene = Scene::new(1);
         assert!(sliders.iter().all(|&(name, value)| scene.set(name, value)));
-        let mut station = station(settings).unwrap();
+        let mut station = Station::new(settings).unwrap();
         let mut errors = [const { Vec::new() }; 3];
         for _ in 0..blocks {
             let (stamp, samples, truth) = scene.block(settings);

@@ -1,29 +1,100 @@
 //! The library at work on records whose kind and length are known only when the page says them.
 
 use crate::answer::Answer;
+use crate::record::record;
 use crate::settings::{Kind, Settings};
-use picket_dsp::accumulate::Accumulator;
+use picket_dsp::accumulate::{Accumulated, Accumulator, MOST_BLOCKS};
+use picket_dsp::acquire::kind::{ForRecord, for_record};
 use picket_dsp::acquire::sample::{Iq, Real, Record, Segment, Stamp};
 use picket_dsp::config::{Config, ConfigError};
-use picket_dsp::pipeline::{Measurement, Pipeline};
+use picket_dsp::pipeline::{Measurement, Outcome};
 use picket_dsp::plan::{Plan, Terms};
+use picket_dsp::solve::track::{State, Track};
 use picket_dsp::spectrum::Spectrum;
 use picket_dsp::spectrum::peak::{self, Peak};
+use picket_dsp::spectrum::view::View;
+use picket_dsp::tone::Tone;
 use picket_dsp::tracker::Tracker;
 use std::f64::consts::PI;
 
+/// The calls that are compiled for every kind and length of records. A record comes as [`Record::pairs`] gives it.
+trait Bench {
+    /// [`Tracker::block`].
+    fn block(&mut self, stamp: &Stamp, record: &[[i16; 2]]) -> Option<Measurement>;
+    /// [`Tracker::tracks`].
+    fn tracks(&self, segment: Segment) -> &[Track];
+    /// [`Accumulator::add`], of the last block.
+    fn add(&mut self, block: &Measurement) -> Option<Accumulated>;
+    /// [`Pipeline::outcome`](picket_dsp::Pipeline::outcome).
+    fn outcome(&self, tone: &Tone) -> Outcome;
+    /// [`Spectrum::view`], of a record.
+    fn view(&mut self, record: &[[i16; 2]]) -> View<'_>;
+}
+
+struct Records<R: Record, const N: usize> {
+    tracker: Tracker<R, N>,
+    accumulator: Accumulator<R, N>,
+    spectrum: Spectrum<R, N>,
+}
+
+impl<R: Record, const N: usize> Bench for Records<R, N> {
+    fn block(&mut self, stamp: &Stamp, record: &[[i16; 2]]) -> Option<Measurement> {
+        Some(self.tracker.block(stamp, R::samples(record).try_into().ok()?))
+    }
+
+    fn tracks(&self, segment: Segment) -> &[Track] {
+        self.tracker.tracks(segment)
+    }
+
+    fn add(&mut self, block: &Measurement) -> Option<Accumulated> {
+        self.accumulator.add(block, self.tracker.pipeline())
+    }
+
+    fn outcome(&self, tone: &Tone) -> Outcome {
+        self.tracker.pipeline().outcome(tone)
+    }
+
+    fn view(&mut self, record: &[[i16; 2]]) -> View<'_> {
+        if let Ok(samples) = R::samples(record).try_into() {
+            self.spectrum.transform(samples, self.tracker.pipeline().plan().codes);
+        }
+        self.spectrum.view()
+    }
+}
+
+/// Makes a bench.
+struct Make<'a> {
+    terms: &'a Terms,
+    sum: u32,
+    false_alarm: f64,
+}
+
+impl ForRecord for Make<'_> {
+    type Output = Result<Box<dyn Bench>, ConfigError>;
+
+    fn run<R: Record, const N: usize>(self) -> Self::Output {
+        Ok(Box::new(Records::<R, N> {
+            tracker: Tracker::new(Plan::from_terms(*self.terms)?),
+            accumulator: Accumulator::new(self.sum).with_false_alarm(self.false_alarm),
+            spectrum: Spectrum::new(),
+        }))
+    }
+}
+
 /// Measures blocks, and remembers the last of which there is a picture.
-pub trait Station {
-    /// Takes a block; what its samples lack reads zero. Gives its measurement, or that of the sum which it completes.
-    fn block(&mut self, stamp: Stamp, samples: &[[i16; 2]]) -> Option<Measurement>;
-    /// The tracks of a segment: number, frequency in Hz, sigma in Hz, blocks since it was seen; held ones alone.
-    fn tracks(&self, segment: Segment, into: &mut Vec<f64>);
-    /// The spectrum of the last block, see [`Picture`].
-    fn picture(&mut self) -> Picture;
-    /// Appends the samples of that block, two codes each, and what the tones' module is told of them.
-    fn shown(&self, samples: &mut Vec<u8>, terms: &mut Vec<f64>);
+pub struct Station {
     /// What the blocks are measured by.
-    fn terms(&self) -> &Terms;
+    pub terms: Terms,
+    bench: Box<dyn Bench>,
+    full_scale: f64,
+    /// The samples of that block, and its measurement or that of the last sum.
+    shown: Vec<[i16; 2]>,
+    measured: Measurement,
+    /// The blocks of a sum.
+    sum: u32,
+    /// The powers of the bins, from bin 0 on, of the sum in progress, and the mean of the last one that was complete.
+    powers: Vec<f64>,
+    mean: Vec<f64>,
 }
 
 /// A spectrum in dB of a sine from rail to rail, and what is said of it.
@@ -47,138 +118,98 @@ pub struct Picture {
     pub tone_db: f64,
 }
 
-struct Bench<R: Record, const N: usize> {
-    plan: Plan<R, N>,
-    tracker: Box<Tracker<R, N>>,
-    spectrum: Box<Spectrum<R, N>>,
-    shown: Box<[R::Sample; N]>,
-    measured: Measurement,
-    full_scale: f64,
-    added: Option<Box<Added<R, N>>>,
-}
-
-/// Blocks that are added without their phases.
-struct Added<R: Record, const N: usize> {
-    pipeline: Pipeline<R, N>,
-    accumulator: Accumulator<R, N>,
-    /// The powers of the bins, from bin 0 on, of the sum in progress, and the mean of the last one that was complete.
-    powers: Vec<f64>,
-    mean: Vec<f64>,
-    /// The last sum's answer.
-    measured: Measurement,
-}
-
-/// A station for these settings.
-///
-/// # Errors
-/// Why they cannot work: a value, or the length is none of 1024, 2048 and 4096, since shorter ones would make the page larger.
-pub fn station(settings: &Settings) -> Result<Box<dyn Station>, String> {
-    if settings.sum > 1 && settings.kind == Kind::Chirp {
-        return Err("sums are of a tone or a Doppler shift, not of a chirp's ramps".into());
+impl Station {
+    /// A station for these settings.
+    ///
+    /// # Errors
+    /// Why they cannot work: a value, or the length.
+    pub fn new(settings: &Settings) -> Result<Self, String> {
+        if settings.sum > 1 && settings.kind == Kind::Chirp {
+            return Err("sums are of a tone or a Doppler shift, not of a chirp's ramps".into());
+        }
+        let (config, full_scale) = (settings.config(), settings.full_scale());
+        let station = Self::adding(&config, settings.iq, settings.n, full_scale, settings.sum);
+        station.map_err(|error| error.to_string())
     }
-    let (config, full_scale) = (settings.config(), settings.full_scale());
-    let station = match settings.iq {
-        true => from_kind::<Iq>(&config, settings.n, full_scale, settings.sum),
-        false => from_kind::<Real>(&config, settings.n, full_scale, settings.sum),
-    };
-    station.map_err(|error| error.to_string())
-}
 
-/// A station for a configuration, each of whose blocks has its own answer.
-///
-/// # Errors
-/// See [`station`].
-pub fn from_config(
-    config: &Config,
-    iq: bool,
-    n: usize,
-    full_scale: f64,
-) -> Result<Box<dyn Station>, ConfigError> {
-    match iq {
-        true => from_kind::<Iq>(config, n, full_scale, 1),
-        false => from_kind::<Real>(config, n, full_scale, 1),
+    /// A station for a configuration, each of whose blocks has its own answer.
+    ///
+    /// # Errors
+    /// See [`Station::new`].
+    pub fn from_config(
+        config: &Config,
+        iq: bool,
+        n: usize,
+        full_scale: f64,
+    ) -> Result<Self, ConfigError> {
+        Self::adding(config, iq, n, full_scale, 1)
     }
-}
 
-fn from_kind<R: Record>(
-    config: &Config,
-    n: usize,
-    full_scale: f64,
-    sum: u32,
-) -> Result<Box<dyn Station>, ConfigError> {
-    match n {
-        1024 => Bench::<R, 1024>::boxed(config, full_scale, sum),
-        2048 => Bench::<R, 2048>::boxed(config, full_scale, sum),
-        4096 => Bench::<R, 4096>::boxed(config, full_scale, sum),
-        _ => Err(ConfigError::Length),
-    }
-}
-
-impl<R: Record, const N: usize> Bench<R, N> {
-    fn boxed(config: &Config, full_scale: f64, sum: u32) -> Result<Box<dyn Station>, ConfigError> {
-        let plan = config.plan::<R, N>()?;
-        let added = (sum > 1).then(|| Box::new(Added::new(plan, config.false_alarm, sum)));
-        Ok(Box::new(Self {
-            plan,
-            tracker: Box::new(Tracker::new(plan)),
-            spectrum: Box::new(Spectrum::new()),
-            shown: Box::new([R::Sample::default(); N]),
-            measured: Measurement::default(),
+    fn adding(
+        config: &Config,
+        iq: bool,
+        n: usize,
+        full_scale: f64,
+        sum: u32,
+    ) -> Result<Self, ConfigError> {
+        let mut terms = if iq { config.terms::<Iq>(n) } else { config.terms::<Real>(n) }?;
+        let sum = sum.clamp(1, MOST_BLOCKS);
+        if sum > 1 {
+            // Then every block is transformed whole.
+            terms.tracking.most = 0;
+        }
+        let make = Make { terms: &terms, sum, false_alarm: config.false_alarm };
+        Ok(Self {
+            bench: for_record(iq, n, make).ok_or(ConfigError::Length)??,
+            terms,
             full_scale,
-            added,
-        }))
-    }
-}
-
-impl<R: Record, const N: usize> Added<R, N> {
-    fn new(plan: Plan<R, N>, false_alarm: f64, sum: u32) -> Self {
-        Self {
-            pipeline: Pipeline::new(plan),
-            accumulator: Accumulator::new(sum).with_false_alarm(false_alarm),
-            powers: vec![0.0; N],
-            mean: Vec::new(),
+            shown: vec![[0; 2]; n],
             measured: Measurement::default(),
-        }
+            sum,
+            powers: vec![0.0; n],
+            mean: Vec::new(),
+        })
     }
 
-    fn block(&mut self, stamp: Stamp, record: &[R::Sample; N]) -> Option<Measurement> {
-        let measurement = self.pipeline.block(&stamp, record);
-        let spectrum = self.pipeline.spectrum();
-        let unit = libm::ldexp(1.0, 2 * spectrum.exponent());
-        for (power, k) in self.powers.iter_mut().zip(0..) {
-            *power += unit * spectrum.power(k) as f64;
-        }
-        let sum = self.accumulator.add(&measurement, &self.pipeline)?;
-        let blocks = f64::from(sum.blocks);
-        self.mean = self.powers.iter().map(|power| power / blocks).collect();
-        self.powers.fill(0.0);
-        let result = self.pipeline.outcome(&sum.tone);
-        self.measured = Measurement { tone: sum.tone, result, ..measurement };
-        Some(self.measured)
-    }
-}
-
-impl<R: Record, const N: usize> Station for Bench<R, N> {
-    fn block(&mut self, stamp: Stamp, samples: &[[i16; 2]]) -> Option<Measurement> {
-        let mut parts = samples.iter().copied();
-        let record = std::array::from_fn(|_| R::from_parts(parts.next().unwrap_or_default()));
-        if let Some(added) = &mut self.added {
-            *self.shown = record;
-            return added.block(stamp, &record);
-        }
-        let measurement = self.tracker.block(&stamp, &record);
+    /// Takes a block; what its samples lack reads zero. Gives its measurement, or that of the sum which it completes.
+    pub fn block(&mut self, stamp: Stamp, samples: &[[i16; 2]]) -> Option<Measurement> {
+        let mut samples = samples.to_vec();
+        samples.resize(self.terms.n as usize, [0; 2]);
+        let record = record(self.terms.iq, &samples);
+        let mut measurement = self.bench.block(&stamp, &record)?;
         // Of a chirp the rising ramp is drawn: three spectra in turn are a flicker.
-        if matches!(stamp.segment, Segment::Continuous | Segment::Up) {
-            *self.shown = record;
+        let drawn = matches!(stamp.segment, Segment::Continuous | Segment::Up);
+        if drawn {
+            self.shown = samples;
+        }
+        if self.sum > 1 {
+            let view = self.bench.view(&record);
+            let unit = libm::ldexp(1.0, 2 * view.exponent);
+            for (power, k) in self.powers.iter_mut().zip(0..) {
+                *power += unit * view.power(k) as f64;
+            }
+            measurement.tone = self.bench.add(&measurement)?.tone;
+            measurement.result = self.bench.outcome(&measurement.tone);
+            let blocks = f64::from(self.sum);
+            self.mean = self.powers.iter().map(|power| power / blocks).collect();
+            self.powers.fill(0.0);
+        }
+        if drawn {
             self.measured = measurement;
         }
         Some(measurement)
     }
 
-    fn tracks(&self, segment: Segment, into: &mut Vec<f64>) {
-        let rate_hz = self.terms().rate_hz;
-        for track in self.tracker.tracks(segment) {
-            if track.state == picket_dsp::solve::track::State::Held {
+    /// The answer to a measurement.
+    pub fn answer(&self, measurement: &Measurement) -> Answer {
+        Answer::of(measurement, self.terms.n as usize, self.terms.iq, self.terms.rate_hz)
+    }
+
+    /// The tracks of a segment: number, frequency in Hz, sigma in Hz, blocks since it was seen; held ones alone.
+    pub fn tracks(&self, segment: Segment, into: &mut Vec<f64>) {
+        let rate_hz = self.terms.rate_hz;
+        for track in self.bench.tracks(segment) {
+            if track.state == State::Held {
                 into.extend([
                     f64::from(track.number),
                     track.tone.frequency.hertz(rate_hz),
@@ -189,38 +220,34 @@ impl<R: Record, const N: usize> Station for Bench<R, N> {
         }
     }
 
-    fn picture(&mut self) -> Picture {
-        let terms = *self.terms();
-        self.spectrum.transform(&self.shown, terms.codes);
-        let spectrum = &self.spectrum;
-        let unit = libm::ldexp(1.0, 2 * spectrum.exponent());
-        let lines = if R::IQ { N as f64 } else { N as f64 / 2.0 };
+    /// The spectrum of the last block.
+    pub fn picture(&mut self) -> Picture {
+        let terms = &self.terms;
+        let (n, count) = (terms.n as i32, f64::from(terms.n));
+        let view = self.bench.view(&record(terms.iq, &self.shown));
+        let unit = libm::ldexp(1.0, 2 * view.exponent);
+        let lines = if terms.iq { count } else { count / 2.0 };
         let scale = 1.0 / lines / self.full_scale;
         let decibels = |power: f64| 10.0 * libm::log10(power * scale * scale + 1e-20);
-        let found = peak::find(&spectrum.view(), terms.band);
+        let found = peak::find(&view, terms.band);
         let floor = |peak: &Peak| peak.floor as f64 / f64::from(peak.floor_bins.max(1));
         let mut floor = found.as_ref().map_or(0.0, |peak| unit * floor(peak));
         let over = |peak: &Peak| f64::from(terms.options.threshold.over(peak.floor_bins));
         let mut over = found.as_ref().map_or(1.0, over);
-        let first = if R::IQ { -(N as i32) / 2 } else { 0 };
-        let last = if R::IQ { N as i32 / 2 - 1 } else { N as i32 / 2 };
+        let (first, last) = if terms.iq { (-n / 2, n / 2 - 1) } else { (0, n / 2) };
         // From bin 0 on.
-        let mean = self.added.as_ref().map_or(&[][..], |added| &added.mean);
-        let power = |k: i32| match mean.get(k.rem_euclid(N as i32) as usize) {
+        let power = |k: i32| match self.mean.get(k.rem_euclid(n) as usize) {
             Some(power) => *power,
-            None => unit * spectrum.power(k) as f64,
+            None => unit * view.power(k) as f64,
         };
-        let mut tone = self.measured.tone;
-        if let Some(added) = &self.added {
-            tone = added.measured.tone;
-            if !mean.is_empty() {
-                floor = median((first..=last).map(power).collect());
-                over = over_mean(over, added.accumulator.blocks());
-            }
+        if !self.mean.is_empty() {
+            floor = median((first..=last).map(power).collect());
+            over = over_mean(over, self.sum);
         }
+        let tone = &self.measured.tone;
         Picture {
-            first_hz: f64::from(first) * terms.rate_hz / N as f64,
-            step_hz: terms.rate_hz / N as f64,
+            first_hz: f64::from(first) * terms.rate_hz / count,
+            step_hz: terms.rate_hz / count,
             floor_db: decibels(floor),
             threshold_db: decibels(floor * over),
             bins_db: (first..=last).map(|k| decibels(power(k))).collect(),
@@ -230,21 +257,18 @@ impl<R: Record, const N: usize> Station for Bench<R, N> {
         }
     }
 
-    fn shown(&self, samples: &mut Vec<u8>, terms: &mut Vec<f64>) {
-        samples.extend(self.shown.iter().flat_map(|&s| R::parts(s)).flat_map(i16::to_le_bytes));
-        let Terms { codes, band, rate_hz, .. } = *self.plan;
+    /// Appends the samples of that block, two codes each, and what the tones' module is told of them.
+    pub fn shown(&self, samples: &mut Vec<u8>, terms: &mut Vec<f64>) {
+        samples.extend(self.shown.as_flattened().iter().copied().flat_map(i16::to_le_bytes));
+        let Terms { n, iq, codes, band, rate_hz, .. } = self.terms;
         let bits = f64::from(codes.bits());
         let bits = if codes.rails().0 < 0 { bits } else { -bits };
         let Measurement { stamp, clipped, tone, .. } = &self.measured;
-        terms.extend([N as f64, R::IQ.into(), bits, rate_hz, band.low.into(), band.high.into()]);
+        terms.extend([n.into(), iq.into(), bits, rate_hz, band.low.into(), band.high.into()]);
         terms.extend([f64::from(*clipped), stamp.gap.into()]);
         terms.extend([tone.frequency.cycles(), tone.sigma.into(), tone.snr.into()]);
         terms.extend([tone.amplitude.into(), f64::from(tone.verdict as u8)]);
         terms.extend([tone.also.bits().into(), f64::from(stamp.segment as u8)]);
-    }
-
-    fn terms(&self) -> &Terms {
-        &self.plan
     }
 }
 
@@ -276,15 +300,11 @@ impl Picture {
     }
 }
 
-/// The answer to a block.
-pub fn answer(measurement: &Measurement, terms: &Terms) -> Answer {
-    Answer::of(measurement, terms.n as usize, terms.iq, terms.rate_hz)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::scene::Scene;
+    use picket_dsp::Pipeline;
 
     /// A station that adds blocks answers as the library's accumulator, once a sum, and refuses chirps.
     #[test]
@@ -293,7 +313,7 @@ mod tests {
         let mut settings = Settings { sum: 25, ..Settings::default() };
         let mut scene = Scene::new(7);
         assert!(scene.set("snr_db", -14.0) && scene.set("tone_hz", 1000.3));
-        let mut station = station(&settings).unwrap();
+        let mut station = Station::new(&settings).unwrap();
         let plan = settings.config().plan::<Real, N>().unwrap();
         let mut pipeline = Box::new(Pipeline::<Real, N>::new(plan));
         let mut accumulator = Box::new(Accumulator::<Real, N>::new(25));
@@ -319,7 +339,7 @@ mod tests {
         }
         assert_eq!(sums, 2);
         settings.kind = Kind::Chirp;
-        assert!(super::station(&settings).is_err());
+        assert!(Station::new(&settings).is_err());
     }
 
     #[test]

@@ -85,7 +85,9 @@ fn chips(_: &Table) -> Result<Vec<String>, String> {
     ];
     const LENGTHS: [u32; 7] = [64, 128, 256, 512, 1024, 2048, 4096];
     let budget = Budget::read()?;
-    let mut lines = head("| chip (flash, RAM) | for size, KB | for speed, KB | longest real record | longest I/Q record |");
+    let mut lines = head(
+        "| chip (flash, RAM) | for size, KB | for speed, KB | longest real record | longest I/Q record |",
+    );
     for (name, core, flash, ram) in CHIPS {
         let room = f64::from(flash) * 1024.0;
         let program = |which: u32| -> Result<String, String> {

@@ -304,7 +304,10 @@ fn sizes(_: &Table) -> Lines {
     let budget = Budget::read()?;
     let mut lines = head("| program | M0 | M3 | M4F |");
     for (name, which) in [
-        ("`Pipeline::tone`, with every verdict and sigma (`firmware/src/bin/single.rs`), for size", 0),
+        (
+            "`Pipeline::tone`, with every verdict and sigma (`firmware/src/bin/single.rs`), for size",
+            0,
+        ),
         ("the same at opt-level 3", 1),
         (
             "`FrequencyOnly`, whose answers cannot be told from wrong ones (`firmware/src/bin/frequency_only.rs`), for size",

@@ -147,6 +147,7 @@ pub fn loud(
     beside: &LocalNoise,
     arithmetic: Arithmetic,
 ) -> Option<LocalNoise> {
+    let arithmetic = arithmetic.available();
     let &Neighbourhood { n, iq, .. } = at;
     if !has_ring(n, iq) {
         return None;
@@ -348,15 +349,23 @@ impl Own {
         (view.fill_beside_offset(first, window), first)
     }
 
-    /// The stretches of the bins from `first` on.
-    #[inline(never)]
+    /// The stretches of the bins from `first` on. A program with one arithmetic holds one of the two.
+    #[inline(always)]
     fn side(&self, bins: &[Point], first: i32, arithmetic: Arithmetic) -> Side {
-        // A program without integers here leaves them out.
-        const INTEGERS: bool = matches!(Arithmetic::Fixed.available(), Arithmetic::Fixed);
-        if INTEGERS && matches!(arithmetic, Arithmetic::Fixed) {
-            let own = Whole::from_own(self);
-            return powers(bins, first, |bins, k| own.power(bins, k));
+        match arithmetic {
+            Arithmetic::Fixed => self.side_in_integers(bins, first),
+            Arithmetic::Float => self.side_in_floats(bins, first),
         }
+    }
+
+    #[inline(never)]
+    fn side_in_integers(&self, bins: &[Point], first: i32) -> Side {
+        let own = Whole::from_own(self);
+        powers(bins, first, |bins, k| own.power(bins, k))
+    }
+
+    #[inline(never)]
+    fn side_in_floats(&self, bins: &[Point], first: i32) -> Side {
         powers(bins, first, |bins, k| self.power(bins, k, |_, _| ()))
     }
 }

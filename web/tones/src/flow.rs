@@ -162,7 +162,7 @@ mod tests {
             snr_db: 20.0,
             level_db: -14.0,
         };
-        let mut flow = Flow::new(crate::plan(&crate::FLOW).unwrap(), 1);
+        let mut flow = Flow::new(crate::flow_plan().unwrap(), 1);
         let (mut errors, mut all) = (Vec::new(), 0);
         for _ in 0..1800 {
             for Found { burst, truth_mps } in flow.advance(&sliders, 3333) {

@@ -5,6 +5,8 @@
 //! other has measured.
 
 pub mod flow;
+#[path = "../../src/record.rs"]
+mod record;
 #[path = "../../src/row.rs"]
 pub mod row;
 #[path = "../../../host/measure/src/explain/rows.rs"]
@@ -15,20 +17,25 @@ pub mod sheet;
 use flow::{FRINGE_M, Flow, Found, Sliders};
 use picket_dsp::Validation;
 use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::kind::{ForRecord, for_record};
 use picket_dsp::acquire::sample::{Iq, Real, Record, Segment, Stamp};
 use picket_dsp::carrier::Width;
 use picket_dsp::methods::registry::Method;
 use picket_dsp::pipeline::Pipeline;
 use picket_dsp::plan::{self, Plan};
 use picket_dsp::spectrum::Spectrum;
+use picket_dsp::spectrum::neighbourhood::has_ring;
 use picket_dsp::spectrum::peak::Band;
+use picket_dsp::spectrum::view::View;
 use picket_dsp::tone::arithmetic::Arithmetic;
+use picket_dsp::tone::evidence::Evidence;
 use picket_dsp::tone::fit::Reach;
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::lines::lines;
 use picket_dsp::tone::options::Options;
 use picket_dsp::tone::threshold::{FALSE_ALARM, Threshold};
 use picket_dsp::tone::{Tone, Verdict, Verdicts};
+use record::record;
 use rows::{Notes, Row};
 use sheet::{Design, Question};
 use std::cell::RefCell;
@@ -39,68 +46,13 @@ use std::cell::RefCell;
 /// segment of the waveform.
 pub type Terms = [f64; 15];
 
-/// Calls `$of::<R, N>` for the records that `$terms` are of; `None` for others.
-macro_rules! of_records {
-    ($of:ident, $terms:expr, $samples:expr $(, $more:expr)*) => {
-        // A cast saturates.
-        match ($terms[0] as usize, $terms[1] != 0.0) {
-            (1024, false) => $of::<Real, 1024>($terms, $samples $(, $more)*),
-            (2048, false) => $of::<Real, 2048>($terms, $samples $(, $more)*),
-            (4096, false) => $of::<Real, 4096>($terms, $samples $(, $more)*),
-            (1024, true) => $of::<Iq, 1024>($terms, $samples $(, $more)*),
-            (2048, true) => $of::<Iq, 2048>($terms, $samples $(, $more)*),
-            (4096, true) => $of::<Iq, 4096>($terms, $samples $(, $more)*),
-            _ => None,
-        }
-    };
-}
-
 /// The tones of a block, at most `most`, the strongest first: a [`row`](row::row) each. None where they cannot work.
 pub fn tones(terms: &Terms, samples: &[[i16; 2]], most: usize) -> Vec<f64> {
-    of_records!(tones_of, terms, samples, most).unwrap_or_default()
+    tones_of(terms, samples, most).unwrap_or_default()
 }
 
-/// The verdict on a block, and every test behind it.
-pub fn explained(terms: &Terms, samples: &[[i16; 2]]) -> Option<(Verdict, Vec<Row>)> {
-    of_records!(explained_of, terms, samples)
-}
-
-/// A plan for blocks as `terms` tell of them. A whole configuration would bring its solvers along, and their size.
-fn plan<R: Record, const N: usize>(terms: &Terms) -> Option<Plan<R, N>> {
-    let &[_, _, bits, rate_hz, low, high, ..] = terms;
-    let codes = Codes::from_bits(bits > 0.0, bits.abs() as u32)?;
-    let band = Band::new(low as i32, high as i32);
-    let options = Options {
-        method: Method::default().from_kind::<R>(),
-        reach: Reach::default(),
-        arithmetic: Arithmetic::default(),
-        threshold: Threshold::new(band.width(), FALSE_ALARM).with_another(),
-        effort: picket_dsp::Effort::default(),
-        width: Width::NONE,
-    };
-    let idle = *Plan::<R, N>::IDLE;
-    Plan::from_terms(plan::Terms { n: N as u32, iq: R::IQ, rate_hz, codes, band, options, ..idle })
-        .ok()
-}
-
-fn stamp(terms: &Terms) -> Option<Stamp> {
-    let &[.., gap, _, _, _, _, _, _, segment] = terms;
-    let segment = Segment::from_u8(segment as u8)?;
-    Some(Stamp { segment, gap: gap != 0.0, ..Stamp::default() })
-}
-
-fn record<R: Record, const N: usize>(samples: &[[i16; 2]]) -> [R::Sample; N] {
-    let mut parts = samples.iter().copied();
-    std::array::from_fn(|_| R::from_parts(parts.next().unwrap_or_default()))
-}
-
-fn tones_of<R: Record, const N: usize>(
-    terms: &Terms,
-    samples: &[[i16; 2]],
-    most: usize,
-) -> Option<Vec<f64>> {
+fn tones_of(terms: &Terms, samples: &[[i16; 2]], most: usize) -> Option<Vec<f64>> {
     let &[.., clipped, _, frequency, sigma, snr, amplitude, verdict, also, _] = terms;
-    let plan = plan::<R, N>(terms)?;
     let tone = Tone {
         frequency: Frequency::from_bins(0, frequency, 1)?,
         sigma: sigma as f32,
@@ -110,22 +62,83 @@ fn tones_of<R: Record, const N: usize>(
         also: Verdicts::from_bits(also as u8),
         ..Tone::default()
     };
-    let mut spectrum = Box::new(Spectrum::<R, N>::new());
-    spectrum.transform(&record::<R, N>(samples), plan.codes);
-    let stamp = stamp(terms)?;
-    let found =
-        lines(&spectrum.view(), &tone, plan.band, clipped as u32, &stamp, &plan.options, most);
-    Some(found.iter().flat_map(|tone| row::row(tone, plan.rate_hz)).collect())
+    let (stamp, plan) = (stamp(terms)?, plan(terms)?);
+    let rows = |view: &View| {
+        let found = lines(view, &tone, plan.band, clipped as u32, &stamp, &plan.options, most);
+        found.iter().flat_map(|tone| row::row(tone, plan.rate_hz)).collect()
+    };
+    let record = record(plan.iq, samples);
+    for_record(plan.iq, plan.n as usize, Transformed { record, codes: plan.codes, rows: &rows })?
 }
 
-fn explained_of<R: Record, const N: usize>(
-    terms: &Terms,
-    samples: &[[i16; 2]],
-) -> Option<(Verdict, Vec<Row>)> {
-    let (stamp, notes) = (stamp(terms)?, Notes::default());
-    let mut pipeline = Box::new(Pipeline::<R, N>::new(plan::<R, N>(terms)?));
-    let (_, tone, evidence) = pipeline.explain(&stamp, &record::<R, N>(samples), &notes);
-    Some((tone.verdict, rows::rows(&notes.taken().0, &evidence, N)))
+/// The rows of a record's spectrum.
+struct Transformed<'a> {
+    record: Vec<[i16; 2]>,
+    codes: Codes,
+    rows: &'a dyn Fn(&View) -> Vec<f64>,
+}
+
+impl ForRecord for Transformed<'_> {
+    type Output = Option<Vec<f64>>;
+
+    fn run<R: Record, const N: usize>(self) -> Self::Output {
+        let mut spectrum = Box::new(Spectrum::<R, N>::new());
+        spectrum.transform(R::samples(&self.record).try_into().ok()?, self.codes);
+        Some((self.rows)(&spectrum.view()))
+    }
+}
+
+/// The verdict on a block, and every test behind it.
+pub fn explained(terms: &Terms, samples: &[[i16; 2]]) -> Option<(Verdict, Vec<Row>)> {
+    let (stamp, plan, notes) = (stamp(terms)?, plan(terms)?, Notes::default());
+    let (iq, n, record) = (plan.iq, plan.n as usize, record(plan.iq, samples));
+    let (tone, evidence) = for_record(iq, n, Explained { stamp, plan, record, notes: &notes })??;
+    Some((tone.verdict, rows::rows(&notes.taken().0, &evidence, n)))
+}
+
+/// The tests of a record.
+struct Explained<'a> {
+    stamp: Stamp,
+    plan: plan::Terms,
+    record: Vec<[i16; 2]>,
+    notes: &'a Notes,
+}
+
+impl ForRecord for Explained<'_> {
+    type Output = Option<(Tone, Evidence)>;
+
+    fn run<R: Record, const N: usize>(self) -> Self::Output {
+        let mut pipeline = Box::new(Pipeline::<R, N>::new(Plan::from_terms(self.plan).ok()?));
+        let samples = R::samples(&self.record).try_into().ok()?;
+        let (_, tone, evidence) = pipeline.explain(&self.stamp, samples, self.notes);
+        Some((tone, evidence))
+    }
+}
+
+/// The plan for blocks as `terms` tell of them. A whole configuration would bring its solvers along, and their size.
+fn plan(terms: &Terms) -> Option<plan::Terms> {
+    let &[n, iq, bits, rate_hz, low, high, ..] = terms;
+    let (n, iq) = (n as u32, iq != 0.0);
+    let codes = Codes::from_bits(bits > 0.0, bits.abs() as u32)?;
+    let band = Band::new(low as i32, high as i32);
+    let method = Method::default();
+    let threshold = Threshold::new(band.width(), FALSE_ALARM);
+    let options = Options {
+        method: if iq { method.from_kind::<Iq>() } else { method.from_kind::<Real>() },
+        reach: Reach::default(),
+        arithmetic: Arithmetic::default(),
+        threshold: if has_ring(n as usize, iq) { threshold.with_another() } else { threshold },
+        effort: picket_dsp::Effort::default(),
+        width: Width::NONE,
+    };
+    let idle = *Plan::<Real, { flow::N }>::IDLE;
+    Some(plan::Terms { n, iq, rate_hz, codes, band, options, ..idle })
+}
+
+fn stamp(terms: &Terms) -> Option<Stamp> {
+    let &[.., gap, _, _, _, _, _, _, segment] = terms;
+    let segment = Segment::from_u8(segment as u8)?;
+    Some(Stamp { segment, gap: gap != 0.0, ..Stamp::default() })
 }
 
 /// What goes in and what comes out.
@@ -242,11 +255,15 @@ const FLOW: Terms = {
     [n, 0.0, 12.0, flow::RATE_HZ, 1.0, last, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
 };
 
+fn flow_plan() -> Option<Plan<Real, { flow::N }>> {
+    Plan::from_terms(plan(&FLOW)?).ok()
+}
+
 /// Begins a flow of particles, see [`flow`].
 #[unsafe(no_mangle)]
 pub extern "C" fn tones_flow_begin(seed: u32) {
     EXCHANGE.with_borrow_mut(|exchange| {
-        exchange.flow = plan(&FLOW).map(|plan| Flow::new(plan, seed.into()))
+        exchange.flow = flow_plan().map(|plan| Flow::new(plan, seed.into()))
     });
 }
 
