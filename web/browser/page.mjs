@@ -155,6 +155,22 @@ async function bursts() {
   await context.close();
 }
 
+/** A chirp and a tone by blocks of each length. */
+async function lengths() {
+  const { page, errors, context } = await open(browser);
+  const seen = { chirp: [], tone: [] };
+  const offered = await page.evaluate(() => [...document.querySelectorAll("#n option")].map(({ value }) => Number(value)));
+  for (const [scene, name] of [["chirp", "Range"], ["tone", "Frequency"]]) {
+    await page.selectOption("#scene", scene);
+    for (const n of offered) {
+      await page.selectOption("#n", String(n));
+      seen[scene].push(await until(page, ({ word, figures, truth }) => word === "good" && figures[0]?.name === name && truth));
+    }
+  }
+  tell("lengths", { errors, offered, seen });
+  await context.close();
+}
+
 /** A tone 20 dB below the noise of a sample: a block alone, and the sum of a hundred. */
 async function sums() {
   const { page, errors, context } = await open(browser);
@@ -525,5 +541,5 @@ async function microphone() {
 await scenes();
 await Promise.all([hands(), files(), hasty(), several(), board("session.bin"), board("stranger.bin"), microphone()]);
 await Promise.all([access(), explained(), strange(), choices()]);
-await Promise.all([bursts(), design(), sums()]);
+await Promise.all([bursts(), design(), sums(), lengths()]);
 await browser.close();

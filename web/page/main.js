@@ -61,6 +61,8 @@ function forget() {
 function restart() {
   setAll({ ...page.values[page.name], kind: 0, scale: 1, file_rate_hz: 0 });
   if (page.name === "scene") setAll({ ...page.scene.settings, iq: page.values.scene.iq, mixing: page.values.scene.mixing, kind: bursts() ? 0 : page.scene.kind });
+  // A short ramp is no steeper than one of 1024 samples: the beats of far targets would lie beyond half the rate.
+  if (page.name === "scene") page.core.set("bandwidth_hz", page.scene.settings.bandwidth_hz * Math.min(1, page.values.scene.n / 1024));
   if (bursts()) setAll({ n: 1024, bits: 12, iq: 0, band_low_hz: 0, band_high_hz: 0 });
   if (page.name === "file") setAll(page.values.file);
   if (page.name === "microphone" && page.rate) page.core.set("rate_hz", page.rate);

@@ -204,6 +204,17 @@ fn bursts(said: &Value) {
     assert!(far <= 1, "{errors:?}");
 }
 
+/// Of every length a block is right within its sigmas.
+fn lengths(said: &Value) {
+    assert_eq!(said["offered"], serde_json::json!(sheet::LENGTHS), "{said}");
+    for (scene, name, unit) in [("chirp", "Range", "m"), ("tone", "Frequency", "Hz")] {
+        let errors = errors(&said["seen"][scene], name, unit);
+        println!("{scene} by every length: {errors:.2?}");
+        assert_eq!(errors.len(), sheet::LENGTHS.len());
+        assert!(errors.iter().all(|error| error.abs() < 5.0), "{said}");
+    }
+}
+
 /// A tone that no block shows is that of a hundred, right within its sigma; chirps are refused with the reason.
 fn sums(said: &Value) {
     nothing_hinders(said);
@@ -537,6 +548,7 @@ fn the_page_in_a_browser() {
             "access" => access(&said),
             "bursts" => bursts(&said),
             "sums" => sums(&said),
+            "lengths" => lengths(&said),
             "design" => design(&said),
             "explained" => explained(&said, &folder),
             "strange" => strange(&said),
@@ -568,6 +580,7 @@ fn the_page_in_a_browser() {
             "file",
             "hands",
             "hasty",
+            "lengths",
             "microphone",
             "scenes",
             "several",
