@@ -56,13 +56,13 @@ impl Layout {
     }
 
     /// The binary logarithm of the number of samples.
-    #[inline]
+    #[inline(always)]
     pub(crate) const fn bits(&self) -> u32 {
         self.n.trailing_zeros()
     }
 
     /// Bins from one to another, round the circle for I/Q.
-    #[inline]
+    #[inline(always)] // a hunt for lines asks it of every bin
     pub(crate) const fn apart(&self, a: i32, b: i32) -> i32 {
         let apart = a.wrapping_sub(b);
         if !self.iq {
@@ -74,7 +74,7 @@ impl Layout {
     }
 
     /// Bin `k` as one of `0..n`.
-    #[inline]
+    #[inline(always)]
     pub(crate) const fn wrapped(&self, k: i32) -> usize {
         k as usize & (self.n - 1)
     }

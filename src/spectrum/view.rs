@@ -56,11 +56,13 @@ impl View<'_> {
 
     /// Bin `k` in stored units, for any `k`: an I/Q spectrum wraps round, a real one is mirrored
     /// and conjugated at both ends, `X[-k] = conj X[k]`.
+    #[inline]
     pub fn bin(&self, k: i32) -> Complex<i32> {
         let [re, im] = self.point(k);
         Complex::new(re, im)
     }
 
+    #[inline]
     fn point(&self, k: i32) -> Point {
         let (k, mirrored) = self.held(k);
         let bin = self.stored(k);
@@ -90,6 +92,7 @@ impl View<'_> {
     }
 
     /// `|X[k]|^2` in stored units, with the bins numbered as in [`View::bin`].
+    #[inline]
     pub fn power(&self, k: i32) -> u64 {
         products::power(self.point(k))
     }
@@ -118,16 +121,15 @@ impl View<'_> {
     /// after the other.
     fn scan(&self, bins: RangeInclusive<usize>) -> Option<Scan> {
         let Layout { iq, splits, .. } = *self.layout;
-        let points = match self.points {
-            Points::Integer(points) => points,
-            #[cfg(feature = "microfft")]
-            Points::Float(points) => {
-                let first = *bins.start();
-                // All bins are stored unchanged, except bins 0 and N/2 of a real record.
-                let stored = iq || first > 0;
-                return Some(scan::over(points.get(bins).filter(|_| stored)?, first, float::whole));
-            }
-        };
+        #[cfg(feature = "microfft")]
+        if let Points::Float(points) = self.points {
+            let first = *bins.start();
+            // All bins are stored unchanged, except bins 0 and N/2 of a real record.
+            let stored = iq || first > 0;
+            return Some(scan::over(points.get(bins).filter(|_| stored)?, first, float::whole));
+        }
+        #[cfg_attr(not(feature = "microfft"), expect(irrefutable_let_patterns))]
+        let Points::Integer(points) = self.points else { return None };
         #[cfg(mve)]
         if iq && bins == (0..=self.layout.n - 1) {
             return Some(fft::kernel_mve::scan_iq(points));
@@ -194,17 +196,18 @@ impl View<'_> {
 
     /// Whether each of `count` bins from `first` on has less than this power. An engine that splits no bins for the answer may return false
     /// without need.
+    #[inline]
     pub(crate) fn is_below(&self, power: u64, first: i32, count: usize) -> bool {
         let n = self.layout.n as i32;
         let first = if self.layout.iq && first >= n { first - n } else { first };
         usize::try_from(first).is_ok_and(|first| self.all_below(first..first + count, power))
     }
 
-    fn all_below(&self, mut bins: Range<usize>, power: u64) -> bool {
-        let points = match self.points {
-            Points::Integer(points) => points,
-            #[cfg(feature = "microfft")]
-            Points::Float(_) => return bins.all(|k| products::power(self.stored(k)) < power),
+    #[inline]
+    fn all_below(&self, bins: Range<usize>, power: u64) -> bool {
+        #[cfg_attr(not(feature = "microfft"), expect(irrefutable_let_patterns))]
+        let Points::Integer(points) = self.points else {
+            return bins.into_iter().all(|k| products::power(self.stored(k)) < power);
         };
         let (end, length) = (bins.end, points.len().wrapping_add(1));
         let mirrored = length.wrapping_sub(end)..length.wrapping_sub(bins.start);
@@ -238,6 +241,7 @@ impl View<'_> {
     }
 
     /// The bins from `first` on, one for each of `places`.
+    #[inline]
     pub(crate) fn fill<'b>(&self, first: i32, places: &'b mut [MaybeUninit<Point>]) -> &'b [Point] {
         let end = first.saturating_add(places.len() as i32);
         let Layout { n, iq, .. } = *self.layout;
@@ -254,6 +258,7 @@ impl View<'_> {
     }
 
     /// The bins of an I/Q record from `first` on, round the circle; also those of a real record that a band never holds.
+    #[inline]
     fn fill_circle<'b>(&self, first: i32, places: &'b mut [MaybeUninit<Point>]) -> &'b mut [Point] {
         if let (true, Points::Integer(points)) = (self.layout.iq, self.points) {
             let (mut next, last) = (self.layout.wrapped(first), self.layout.n - 1);
@@ -294,6 +299,7 @@ impl View<'_> {
 
     /// The bins from `first` on without the offset of an I/Q converter: bin 0 is the mean of its neighbours where it stands out of them. A
     /// tone's leakage is smooth enough, and the mean's second difference is 0.
+    #[inline]
     pub(crate) fn fill_beside_offset<'b>(
         &self,
         first: i32,

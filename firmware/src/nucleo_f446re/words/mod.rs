@@ -56,7 +56,7 @@ const fn lines_cycles(settings: &Settings) -> u64 {
 /// them (`nucleo::signals`).
 pub const ADD_CYCLES: [u64; 2] = [90_000, 180_000];
 /// Core cycles for the line of a sum, real and I/Q, as in [`ADD_CYCLES`].
-pub const SUM_CYCLES: [u64; 2] = [800_000, 1_200_000];
+pub const SUM_CYCLES: [u64; 2] = [800_000, 1_450_000];
 /// Core cycles for the range of a sawtooth's target. It is less than the range and the velocity of a trapezoid, which take 1,862
 /// instructions by 1.64 cycles each.
 const TARGET_CYCLES: u64 = 3_100;
