@@ -31,7 +31,7 @@ async fn main(_spawner: Spawner) {
     loop {
         if adc.read_many(&mut pin, &mut words, 2399, &mut dma_ch).await.is_ok() {
             framer.push_at(clock, &words, |stamp, samples| {
-                let tone = pipeline.block(stamp, samples).tone;
+                let (_, tone) = pipeline.tone(stamp, samples);
                 lamp.set_level((tone.verdict == Verdict::Good).into());
             });
         }

@@ -37,7 +37,7 @@ async fn main(_spawner: Spawner) {
     loop {
         match adc.read(&mut words).await {
             Ok(_) => framer.push(&words, |stamp, samples| {
-                let tone = pipeline.block(stamp, samples).tone;
+                let (_, tone) = pipeline.tone(stamp, samples);
                 lamp.set_level((tone.verdict == Verdict::Good).into());
             }),
             // The converter overran the ring. Nobody knows how many samples are missing.

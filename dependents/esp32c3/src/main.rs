@@ -94,7 +94,7 @@ fn main() -> ! {
         }
         // A half that nobody fetched in time is a gap, which the framer finds by the count.
         framer.push_at(u64::from(newest) * HALF as u64, &words, |stamp, samples| {
-            let tone = pipeline.block(stamp, samples).tone;
+            let (_, tone) = pipeline.tone(stamp, samples);
             lamp.set_level((tone.verdict != Verdict::Good).into());
         });
     }

@@ -50,7 +50,7 @@ async fn main(_spawner: Spawner) {
                 return CallbackResult::Stop;
             }
             framer.push(half.as_flattened(), |stamp, samples| {
-                let tone = pipeline.block(stamp, samples).tone;
+                let (_, tone) = pipeline.tone(stamp, samples);
                 lamp.set_level((tone.verdict != Verdict::Good).into());
             });
             CallbackResult::Continue

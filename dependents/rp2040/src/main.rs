@@ -68,7 +68,7 @@ fn main() -> ! {
             framer.lost(1);
         }
         framer.push(&words[..], |stamp, samples| {
-            let tone = pipeline.block(stamp, samples).tone;
+            let (_, tone) = pipeline.tone(stamp, samples);
             let _ = lamp.set_state((tone.verdict == Verdict::Good).into());
         });
         transfer = next.write_next(words);

@@ -66,7 +66,7 @@ fn main() -> ! {
         let words: [u16; HALF] = from_fn(|n| SAMPLES[first + n].load(Relaxed));
         // A half that nobody fetched in time is a gap, which the framer finds by the count.
         framer.push_at(u64::from(newest) * HALF as u64, &words, |stamp, samples| {
-            let tone = pipeline.block(stamp, samples).tone;
+            let (_, tone) = pipeline.tone(stamp, samples);
             let good = tone.verdict == Verdict::Good;
             chip.GPIOA.odr().modify(|_, w| w.odr5().bit(good));
         });
