@@ -78,14 +78,14 @@
 //! 3. **Fit** ([`tone::fit`]): least squares with the exact bins of a tone ([`tone::fit::iq`]) or of a tone and its mirror image
 //!    ([`tone::fit::real`]). The fit gives frequency, amplitude and residual.
 //! 4. **Noise** ([`tone::noise::ring`]): the power in a ring of bins beside the tone.
-//! 5. **Judgement** ([`tone::judge`]): a residual as strong as that noise means one steady tone. A stronger one means a tone that moves, or
+//! 5. **Judgement** (`tone::judge`): a residual as strong as that noise means one steady tone. A stronger one means a tone that moves, or
 //!    something else beside it, and then the fit takes more steps ([`Effort`]).
 //! 6. **Sigma** ([`tone::sigma`]): from noise and fit, wider by what the judgement found. In a record that clips, a censored fit takes the
 //!    noise from the samples between the rails ([`tone::clipped`]).
 //! 7. **Detection** ([`tone::detection`]): the line exceeds floor and noise by more than chance allows.
-//! 8. **Image** ([`tone::image`]): an I/Q record has no strong line at minus the frequency.
+//! 8. **Image** (`tone::image`): an I/Q record has no strong line at minus the frequency.
 //! 9. **Joint fit** (`model`), at effort `Full` only, and only of a line that is not a steady tone: its answer replaces that of the fit.
-//! 10. **Front end** ([`tone::front_end`]): the other bins look as samples of a converter that works.
+//! 10. **Front end** (`tone::front_end`): the other bins look as samples of a converter that works.
 //! 11. **Verdict** ([`tone::evidence`]): the results of all tests are one `Evidence`, each of its rules gives a reason, and the most severe
 //!     reason is the verdict.
 //!

@@ -191,7 +191,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         &self.spectrum
     }
 
-    /// The rise of the frequency of the last block's tone within the record, for a tone that is [`Verdict::Moving`]; `None` for any other.
+    /// The rise of the frequency of the last block's tone within the record, for a tone that is [`Verdict::Moving`](crate::Verdict::Moving); `None` for any other.
     /// `measurement` is the last block's.
     ///
     /// Cost: the fit and the noise once more.

@@ -2,7 +2,7 @@
 //!
 //! A laser-Doppler velocimeter sees each particle as a burst with the Gaussian envelope of its beam. A record that begins anywhere holds a
 //! part of the burst, and a fit of a steady tone errs by 2 to 26 times the burst's bound. So a burst is a measurement of its own, as in the
-//! processors of such instruments: a detector on the stream cuts a record around it ([`BurstDetector`]), and
+//! processors of such instruments: a detector on the stream cuts a record around it ([`BurstDetector`](crate::acquire::burst::BurstDetector)), and
 //! [`Pipeline::burst`](crate::Pipeline::burst) measures its frequency with its envelope as the weight.
 //!
 //! ```

@@ -33,7 +33,7 @@ pub fn trapezoid(tones: &[Tone; 3], signed: bool, equations: &Equations) -> Targ
 
 /// Solves a triangle, or the two ramps of a trapezoid, from two tones (up, down).
 ///
-/// Real beats fit two targets, with the roles of range and Doppler exchanged: the answer is [`Verdict::Ambiguous`] unless the bounds of
+/// Real beats fit two targets, with the roles of range and Doppler exchanged: the answer is [`Verdict::Ambiguous`](crate::Verdict::Ambiguous) unless the bounds of
 /// range and velocity exclude one of them.
 pub fn triangle(tones: &[Tone; 2], signed: bool, equations: &Equations) -> Target {
     let equations = &Equations { shape: Shape::Triangle, ..*equations };

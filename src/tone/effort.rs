@@ -10,7 +10,7 @@
 #[repr(u8)]
 #[non_exhaustive]
 pub enum Effort {
-    /// One fit, and tests on its residual, see [`judge`](crate::tone::judge). Where the tests find no steady tone, the fit goes on for two
+    /// One fit, and tests on its residual, see `judge`. Where the tests find no steady tone, the fit goes on for two
     /// steps. Another line near the tone is `unresolved`, and so is a tone at low bins beside a drift or hum.
     Look = 1,
     /// One tone, fitted as well as it can be: where the tests find no steady tone, all steps to the fit's end, and one more fit beside a

@@ -36,7 +36,7 @@ pub struct Evidence {
     pub drift: Option<FrequencyDrift>,
     /// An I/Q record has too strong a line at minus the frequency.
     pub image: bool,
-    /// The lines are made by a fault of the digital front end, see [`super::front_end`].
+    /// The lines are made by a fault of the digital front end, see `front_end`.
     pub front_end: bool,
     /// Samples are missing before the record.
     pub gap: bool,

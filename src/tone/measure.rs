@@ -11,10 +11,10 @@
 //! with v the factor of the judgement, r the part of the engine's rounding that the ring does not see, s the factor of a line near the
 //! threshold, and u the engine's error, the carrier's width and the rounding of the frequency. A usual line has v = s = 1.
 //!
-//! The residual over the noise decides whether the line is one steady tone ([`judge`](super::judge)). Where it is not, the fit takes more
+//! The residual over the noise decides whether the line is one steady tone (`judge`). Where it is not, the fit takes more
 //! steps, then a drift beside the tone, then the joint fit of [`crate::model`], as far as the effort allows. The line must exceed the
 //! noise, and the samples and the rest of the spectrum must look as a good front end makes them: a usual block ends at
-//! [`Glance::is_clear`](super::front_end::Glance::is_clear). All results are one [`Evidence`], and the verdict is the highest severity that
+//! `Glance::is_clear`. All results are one [`Evidence`], and the verdict is the highest severity that
 //! applies. The paths of other blocks are in `unusual`.
 
 mod unusual;

@@ -171,7 +171,7 @@ impl CensoredFit {
     }
 
     /// The noise power per sample that disturbs the tone. It follows from the power that a fit leaves in its own bins (see
-    /// [`residual`](super::measure::residual)) and from the share of clipped samples, which have no noise and lessen the residual.
+    /// `residual`) and from the share of clipped samples, which have no noise and lessen the residual.
     ///
     /// A front end that limits is noisier near its rails, and at other frequencies than the tone's: then the noise of all samples is too
     /// high. If a harmonic is among the fit's bins, their residual is too high.
