@@ -176,7 +176,7 @@ fn faults_leave_blocks_and_segments_together() {
 /// With an echo in each segment every record is the host's, targets and all, and none is lost.
 #[test]
 fn every_record_of_a_chirp_is_the_hosts() {
-    let settings = settings(Shape::Trapezoid, 64, 500e3);
+    let settings = settings(Shape::Trapezoid, 64, 430e3);
     let (plan, _) = Words::plan(&settings).unwrap();
     let blocks = sized(60, 3_000);
     // The board takes the samples of the guards, too.
