@@ -86,16 +86,18 @@ impl<'a> Measured<'a> {
     where
         'a: 'b,
     {
-        let terms = self.terms;
+        self.read_at(stamp, data, peak::find(&self.view, self.terms.band))
+    }
+
+    /// The block with a peak that is found already.
+    #[inline(always)]
+    fn read_at<'b>(&self, stamp: &'b Stamp, data: Data<'b>, peak: Option<Peak>) -> Block<'b>
+    where
+        'a: 'b,
+    {
+        let Self { fit_near, terms, .. } = *self;
         let clipped = Statistics::clipped(data, terms.codes);
-        Block {
-            data,
-            fit_near: self.fit_near,
-            clipped,
-            peak: peak::find(&self.view, terms.band),
-            stamp,
-            terms,
-        }
+        Block { data, fit_near, clipped, peak, stamp, terms }
     }
 
     /// The verdict of the whole record.
@@ -137,9 +139,7 @@ impl<'a> Measured<'a> {
 
     /// The tone at a peak that was found before the spectrum was edited.
     pub fn tone_at(&self, stamp: &Stamp, data: Data, peak: Option<Peak>) -> (u32, Tone) {
-        let terms = self.terms;
-        let clipped = Statistics::clipped(data, terms.codes);
-        self.concluded(&Block { data, fit_near: self.fit_near, clipped, peak, stamp, terms })
+        self.concluded(&self.read_at(stamp, data, peak))
     }
 
     fn concluded(&self, block: &Block) -> (u32, Tone) {
