@@ -6,6 +6,7 @@ use super::equations::Equations;
 use super::hypothesis::{Hypothesis, Lines, SAME};
 use super::target::Target;
 use super::waveform::{SPEED_OF_LIGHT, Scale, metres};
+use crate::math::fixed_point::{in_steps, to_f32};
 use crate::math::scalar::Scalar as _;
 use crate::tone::evidence::EDGE_BINS;
 use crate::tone::verdict::Usable;
@@ -128,14 +129,8 @@ fn place(ramps: [i64; 2], equations: &Equations) -> (I32F32, I32F32) {
 /// The range without the share `2 V / c` by which its beat grows while the echo is under way.
 pub(crate) fn stretched(range: I32F32, velocity: I32F32) -> I32F32 {
     const SHARE: f32 = (2.0 / SPEED_OF_LIGHT) as f32;
-    let longer = range.to_num::<f32>() * velocity.to_num::<f32>() * SHARE;
+    let longer = to_f32(range) * to_f32(velocity) * SHARE;
     range.saturating_sub(in_steps(longer))
-}
-
-/// A number in steps of 2^-32, rounded towards 0. The cast saturates and turns NaN into 0: unlike a conversion of the crate `fixed`, it
-/// cannot panic.
-pub(crate) fn in_steps(x: f32) -> I32F32 {
-    I32F32::from_bits((x * 4_294_967_296.0) as i64)
 }
 
 /// The variance of the condition.
@@ -210,7 +205,7 @@ fn warp(ramps: [i64; 2], equations: &Equations) -> i64 {
     if equations.warp == 0.0 {
         return 0;
     }
-    let range: f32 = place(ramps, equations).0.to_num();
+    let range = to_f32(place(ramps, equations).0);
     (equations.warp * range * range * 4_294_967_296.0) as i64
 }
 
@@ -289,7 +284,7 @@ pub fn sawtooth(tone: &Tone, signed: bool, equations: &Equations) -> Target {
     };
     // Metres of range for one metre per second.
     let coupling = scale.float / speed.float;
-    let resting: f32 = range.to_num();
+    let resting = to_f32(range);
     let bounds = &equations.bounds;
     let [nearest, farthest] = [bounds.range[0].max(0.0), bounds.range[1]];
     let [slowest, fastest] = bounds.velocity;

@@ -6,6 +6,7 @@
 
 use super::waveform::{Mixing, Scale, metres};
 use crate::acquire::sample::Stamp;
+use crate::math::fixed_point::to_f32;
 use crate::math::scalar::Scalar as _;
 use crate::tone::phasor::ToneWithPhase;
 use crate::tone::{Tone, Usable, Verdict};
@@ -128,7 +129,7 @@ impl Unwrapper {
                 let bend = samples * (rise - last.rise) / 6.0;
                 let sigma = 0.5 * samples * libm::hypotf(tone.sigma, last.tone.sigma);
                 let sigma = (sigma * sigma + both * both).root();
-                let reach = rest.to_num::<f32>().abs() + SURE * sigma + bend.abs();
+                let reach = to_f32(rest).abs() + SURE * sigma + bend.abs();
                 let step = expected.checked_add(rest)?;
                 (reach < 0.5).then(|| last.turns.checked_add(step)).flatten()
             }

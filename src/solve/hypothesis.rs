@@ -2,6 +2,7 @@
 
 use super::equations::Equations;
 use super::target::Target;
+use crate::math::fixed_point::to_f32;
 use crate::math::scalar::Scalar as _;
 use crate::tone::lines::MOST;
 use crate::tone::{FrequencyDrift, Tone, Verdict};
@@ -80,7 +81,7 @@ impl Hypothesis {
     /// Whether range and velocity are those of `best`, within five of its deviations.
     pub(super) fn is(&self, best: &Self) -> bool {
         let within = |a: I32F32, b: I32F32, sigma: f32| {
-            let off = a.saturating_sub(b).to_num::<f32>();
+            let off = to_f32(a.saturating_sub(b));
             off * off <= SAME * sigma * sigma
         };
         within(self.range, best.range, best.sigma_range)
@@ -94,7 +95,7 @@ impl Hypothesis {
         [rising, falling]: [&Line; 2],
         equations: &Equations,
     ) -> Self {
-        let [range, velocity]: [f32; 2] = [self.range.to_num(), self.velocity.to_num()];
+        let [range, velocity] = [self.range, self.velocity].map(to_f32);
         let [moved, bent] = [equations.rise * velocity, equations.bent * range];
         // The magnitude of a negative beat falls where the beat rises.
         let [up, down] = self.signs.map(f32::from);
@@ -114,9 +115,9 @@ impl Hypothesis {
 
     /// The squared distance, in variances, from where the hypothesis `before` was led in `time_s` seconds by its own velocity.
     pub(super) fn away(&self, before: &Before, time_s: f32) -> f32 {
-        let of = |new: I32F32, old: I32F32| new.saturating_sub(old).to_num::<f32>();
+        let of = |new: I32F32, old: I32F32| to_f32(new.saturating_sub(old));
         let velocity = of(self.velocity, before.velocity);
-        let mean = before.velocity.to_num::<f32>() + 0.5 * velocity;
+        let mean = to_f32(before.velocity) + 0.5 * velocity;
         let range = of(self.range, before.range) + mean * time_s;
         let both = |a: f32, b: f32| a * a + b * b;
         let speed = both(self.sigma_velocity, before.sigma_velocity);
@@ -128,15 +129,15 @@ impl Hypothesis {
 
     /// Whether the range is 0 or more, within five deviations.
     pub(super) fn is_ahead(&self) -> bool {
-        let range: f32 = self.range.to_num();
+        let range = to_f32(self.range);
         range >= 0.0 || range * range <= SAME * self.sigma_range * self.sigma_range
     }
 
     pub(super) fn is_within(&self, equations: &Equations) -> bool {
         let margin = SAME.root();
         equations.bounds.hold(
-            [self.range.to_num(), margin * self.sigma_range],
-            [self.velocity.to_num(), margin * self.sigma_velocity],
+            [to_f32(self.range), margin * self.sigma_range],
+            [to_f32(self.velocity), margin * self.sigma_velocity],
         )
     }
 }

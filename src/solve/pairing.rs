@@ -10,6 +10,7 @@ use super::equations::Equations;
 use super::segments::{Segments, TRAPEZOID};
 use crate::acquire::sample::Stamp;
 use crate::list::{first, remove};
+use crate::math::fixed_point::to_f32;
 use crate::tone::lines::MOST;
 use crate::tone::phasor::ToneWithPhase;
 use crate::tone::{Usable, Verdict};
@@ -203,10 +204,10 @@ impl Pairing {
         let MotionModel { period_s, acceleration } = self.habits;
         let time = period_s * (1.0 + f32::from(course.misses));
         let old = &course.target;
-        let of = |target: &Target| target.velocity.unwrap_or_default().to_num::<f32>();
+        let of = |target: &Target| to_f32(target.velocity.unwrap_or_default());
         let velocity = of(old);
-        let range: f32 = old.range.to_num();
-        let off_range = target.range.to_num::<f32>() - (range - velocity * time);
+        let range = to_f32(old.range);
+        let off_range = to_f32(target.range) - (range - velocity * time);
         let off_velocity = of(target) - velocity;
         let sigma_range = libm::hypotf(
             libm::hypotf(old.sigma_range, target.sigma_range),

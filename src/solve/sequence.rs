@@ -9,7 +9,7 @@
 //!
 //! A real record's beat must be positive: a real record shows a target whose Doppler shift exceeds its range beat with the wrong sign.
 
-use super::beats::{in_steps, stretched};
+use super::beats::stretched;
 use super::bounds::Bounds;
 use super::candidates::{Ambiguity, Candidate, Candidates, Decision};
 use super::equations::Equations;
@@ -17,6 +17,7 @@ use super::hypotheses::WRONG;
 use super::target::Target;
 use super::waveform::{SPEED_OF_LIGHT, Scale, Shape, metres};
 use crate::acquire::sample::Stamp;
+use crate::math::fixed_point::{in_steps, to_f32};
 use crate::math::scalar::Scalar as _;
 use crate::tone::phasor::ToneWithPhase;
 use crate::tone::{Tone, Verdict};
@@ -226,8 +227,8 @@ impl Sequence {
     /// Whether a target is within the bounds.
     fn holds(&self, target: &Target) -> bool {
         let Target { range, velocity, sigma_range, sigma_velocity, .. } = *target;
-        let velocity: f32 = velocity.unwrap_or_default().to_num();
-        self.bounds.hold([range.to_num(), SURE * sigma_range], [velocity, SURE * sigma_velocity])
+        let velocity = to_f32(velocity.unwrap_or_default());
+        self.bounds.hold([to_f32(range), SURE * sigma_range], [velocity, SURE * sigma_velocity])
     }
 
     /// The target that approaches by this Doppler shift, in turns a chirp.

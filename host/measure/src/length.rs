@@ -1,4 +1,5 @@
-//! The lengths and the kinds of a record, which are types of the library: here, and nowhere else, a number becomes one.
+//! The lengths and the kinds of a record, which are types of the library: a number becomes one here, for whoever has borrows that the
+//! library's `ForRecord` would have to name.
 
 /// The lengths of a record.
 pub const LENGTHS: [usize; 7] = [64, 128, 256, 512, 1024, 2048, 4096];

@@ -20,7 +20,6 @@ use crate::instrument::plan::{self, Plan};
 use clock::{Speed, Tree};
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::solve::equations::Chirp;
-use picket_dsp::solve::waveform::Shape;
 use picket_dsp::tone::arithmetic::Arithmetic;
 use picket_wire::settings::{Drive, Mode, Settings};
 use picket_wire::settings_error::{RateError, SettingsError};
@@ -53,18 +52,6 @@ const fn lines_cycles(settings: &Settings) -> u64 {
     tones + if settings.order() > 0 { HARMONICS_CYCLES } else { 0 }
 }
 
-/// Core cycles beside a block's own for the beats of a chirp of several ramps, by 1.4 cycles an instruction: host-tests compare the counted
-/// instructions with them (`nucleo::instructions_of_a_ramp`).
-pub const PAIR_CYCLES: u64 = 15_000;
-
-const fn pairs_cycles(settings: &Settings) -> u64 {
-    match settings.config.scene {
-        Scene::Chirp(Chirp { shape: Shape::Sawtooth, .. }) => 0,
-        Scene::Chirp(_) => PAIR_CYCLES,
-        _ => 0,
-    }
-}
-
 /// Core cycles for the sum of a real and of an I/Q block, by 1.4 cycles an instruction: host-tests compare the counted instructions with
 /// them (`nucleo::signals`).
 pub const ADD_CYCLES: [u64; 2] = [90_000, 180_000];
@@ -84,7 +71,7 @@ fn least_cycles(settings: &Settings, slots: u16) -> u64 {
     let of = |[real, iq]: [u64; 2]| if settings.iq { iq } else { real };
     let wait = u64::from(slots.saturating_sub(2).max(1));
     match settings.mode {
-        Mode::Blocks => of(BLOCK_CYCLES) + pairs_cycles(settings) + lines_cycles(settings),
+        Mode::Blocks => of(BLOCK_CYCLES) + lines_cycles(settings),
         Mode::Accumulate { blocks, .. } => {
             let wait = wait.min(blocks.max(1).into());
             of(BLOCK_CYCLES) + of(ADD_CYCLES) + of(SUM_CYCLES).div_ceil(wait)
@@ -215,7 +202,7 @@ mod tests {
 
     #[test]
     fn without_guard_a_ramp_is_a_record() {
-        for (rate_hz, ppm) in [(1.25e6, 0.0), (333_333.0, 17.0), (48e3, -999.0), (7e4, 3.3)] {
+        for (rate_hz, ppm) in [(1.5e6, 0.0), (333_333.0, 17.0), (48e3, -999.0), (7e4, 3.3)] {
             let mut settings = chirp(Shape::Trapezoid, DAC);
             settings.guard = 0;
             settings.config.rate_hz = rate_hz;

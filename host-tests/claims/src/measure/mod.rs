@@ -14,9 +14,10 @@ use picket_dsp::spectrum::zoom::Oscillator;
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::zoomed::{self, Place};
 use picket_dsp::{
-    Accumulator, Alternating, BurstProcessor, F32, I32, Iq, Pipeline, Real, Record, Stamp, Tone,
-    Tracker, Verdict,
+    Accumulator, Alternating, BurstProcessor, F32, I32, Iq, Pipeline, Record, Stamp, Tone, Tracker,
+    Verdict,
 };
+use picket_measure::{length, with_record};
 use picket_simulator::Run;
 
 /// A trial of a case.
@@ -25,11 +26,9 @@ pub fn trial(case: &Case, number: u64) -> Trial {
         Ok(run) => run,
         Err(error) => panic!("{}: {error}", case.label),
     };
-    let mut trial = match (case.scene.receiver.iq, case.engine) {
-        (false, Engine::I32) => sized::<Real, I32>(case, &mut run),
-        (false, Engine::F32) => sized::<Real, F32>(case, &mut run),
-        (true, Engine::I32) => sized::<Iq, I32>(case, &mut run),
-        (true, Engine::F32) => sized::<Iq, F32>(case, &mut run),
+    let mut trial = match case.path {
+        Path::ByTurns => pairs(case, &mut run),
+        _ => sized(case, &mut run),
     };
     if case.whatever {
         let answers = trial.seen.iter_mut().filter(|seen| !seen.off[0].is_nan());
@@ -38,27 +37,25 @@ pub fn trial(case: &Case, number: u64) -> Trial {
     trial
 }
 
-fn sized<R: Record, E: engine::Engine>(case: &Case, run: &mut Run) -> Trial {
-    if case.path == Path::ByTurns {
-        return match case.n {
-            64 => by_turns::<64, 128>(case, run),
-            128 => by_turns::<128, 256>(case, run),
-            256 => by_turns::<256, 512>(case, run),
-            512 => by_turns::<512, 1024>(case, run),
-            1024 => by_turns::<1024, 2048>(case, run),
-            n => panic!("{}: no records of {n} pairs", case.label),
-        };
-    }
+fn pairs(case: &Case, run: &mut Run) -> Trial {
     match case.n {
-        64 => measured::<R, 64, E>(case, run),
-        128 => measured::<R, 128, E>(case, run),
-        256 => measured::<R, 256, E>(case, run),
-        512 => measured::<R, 512, E>(case, run),
-        1024 => measured::<R, 1024, E>(case, run),
-        2048 => measured::<R, 2048, E>(case, run),
-        4096 => measured::<R, 4096, E>(case, run),
-        n => panic!("{}: no records of {n} samples", case.label),
+        64 => by_turns::<64, 128>(case, run),
+        128 => by_turns::<128, 256>(case, run),
+        256 => by_turns::<256, 512>(case, run),
+        512 => by_turns::<512, 1024>(case, run),
+        1024 => by_turns::<1024, 2048>(case, run),
+        n => panic!("{}: no records of {n} pairs", case.label),
     }
+}
+
+fn sized(case: &Case, run: &mut Run) -> Trial {
+    if let Err(error) = length::check(case.n) {
+        panic!("{}: {error}", case.label);
+    }
+    with_record!(case.scene.receiver.iq, case.n, R, N => match case.engine {
+        Engine::I32 => measured::<R, N, I32>(case, run),
+        Engine::F32 => measured::<R, N, F32>(case, run),
+    })
 }
 
 fn measured<R: Record, const N: usize, E: engine::Engine>(case: &Case, run: &mut Run) -> Trial {
