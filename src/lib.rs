@@ -58,7 +58,8 @@
 //!   and a [`Verdict`]; [`Pipeline::explain`] says which tests led to it.
 //! - [`Scene`] says what the samples were taken of. With [`Scene::Doppler`] a measurement has a
 //!   [`Velocity`], with [`Scene::Chirp`] a [`Target`]. [`solve`] also has what needs phases: [`displacement`](solve::displacement), the
-//!   [sequence](solve::sequence) of sawtooth chirps, the [pairing](solve::pairing) of the beats of several targets.
+//!   [range by phase](solve::phase_range), the [sequence](solve::sequence) of sawtooth chirps, the [pairing](solve::pairing) of the beats
+//!   of several targets.
 //! - [`Method`] names the estimators: least squares, the default, and others by the feature `methods`.
 //! - [`I32`] and `F32` are the engines of the transform: the default, and one in floats.
 //!

@@ -62,13 +62,13 @@ impl Default for Chirp {
 
 /// The middle of a segment's record.
 #[derive(Clone, Copy, Debug)]
-struct Middle {
+pub(crate) struct Middle {
     /// Seconds since the start of the chirp.
     time_s: f64,
     /// The carrier, hertz.
-    carrier_hz: f64,
+    pub(crate) carrier_hz: f64,
     /// The carrier's slope, hertz per second.
-    slope: f64,
+    pub(crate) slope: f64,
 }
 
 impl Middle {
@@ -203,7 +203,7 @@ impl Chirp {
     }
 
     /// Carrier and slope of a rising ramp, at the share `x` of its way up. A falling ramp goes back the same way.
-    fn ramp(&self, x: f64) -> Middle {
+    pub(crate) fn ramp(&self, x: f64) -> Middle {
         let Self { wavelength_m, bandwidth_hz, duration_s, sweep_curvature, .. } = *self;
         let bend = 4.0 * sweep_curvature;
         Middle {

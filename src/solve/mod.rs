@@ -1,6 +1,6 @@
 //! From tones to range and velocity, in one block and over many.
 
-mod beats;
+pub(crate) mod beats;
 pub mod bounds;
 pub mod candidates;
 pub mod chirp;
@@ -11,6 +11,7 @@ pub(crate) mod hypotheses;
 pub(crate) mod hypothesis;
 pub(crate) mod motion;
 pub mod pairing;
+pub mod phase_range;
 pub(crate) mod segments;
 pub mod sequence;
 mod target;

@@ -29,6 +29,8 @@ pub enum Path {
     Locked(i32),
     /// The target of the last of so many chirps.
     Chirps(usize),
+    /// The range by the phase of a chirp's tones: of a sawtooth at rest, or of both ramps.
+    Phase,
     /// The target of so many sawtooth chirps together; of those that are listed the nearest.
     Sequence(u32),
 }

@@ -54,6 +54,12 @@ pub enum Event {
     Exchanged,
     /// A burst detector cut out a record: of all records.
     Cut,
+    /// The cycle of a range by phase is said to be sure, of the usable ones.
+    Sure,
+    /// It is another cycle, of those that are said to be sure.
+    OtherCycle,
+    /// The cycle is not said to be sure, and none of the candidates is within so many sigmas: of the usable ones that list candidates.
+    NotAmong(f64),
 }
 
 /// What must come out.
@@ -72,6 +78,13 @@ pub enum Asked {
     Square {
         /// 0 for frequency or range, 1 for phase or velocity.
         quantity: usize,
+        /// At least.
+        least: f64,
+        /// At most.
+        most: f64,
+    },
+    /// The mean of (error / sigma)^2 of the ranges by phase whose cycle is said to be sure.
+    ByPhase {
         /// At least.
         least: f64,
         /// At most.
@@ -161,6 +174,16 @@ impl Event {
             Event::Late(blocks) => {
                 trials_of(&|trial| trial.held_after.is_none_or(|at| at > blocks))
             }
+            Event::Sure => of(&usable, &|seen| seen.cycles.is_some()),
+            Event::OtherCycle => of(&|seen| seen.cycles.is_some(), &|seen| {
+                seen.cycles.is_some_and(|off| off.abs() > 0.25)
+            }),
+            Event::NotAmong(sigmas) => {
+                let listed = |seen: &Seen| seen.cycles.is_none() && seen.candidate.is_some();
+                of(&|seen| usable(seen) && listed(seen), &|seen| {
+                    seen.candidate.is_none_or(|off| off > sigmas)
+                })
+            }
             Event::Lost => trials_of(&|trial| trial.lost),
             Event::Exchanged => trials_of(&|trial| trial.exchanged),
             Event::Cut => trials
@@ -199,6 +222,13 @@ impl Asked {
             Asked::Square { quantity, least, most } => {
                 let sum: f64 = squares(&|seen| seen.off[quantity]);
                 Judged { value: sum / count, of, holds: chi_square(sum, count, least, most) }
+            }
+            Asked::ByPhase { least, most } => {
+                let sure: Vec<&&Seen> = near.iter().filter(|seen| seen.cycles.is_some()).collect();
+                let (sum, count): (f64, _) =
+                    (sure.iter().map(|seen| seen.off[0].powi(2)).sum(), sure.len() as f64);
+                let holds = chi_square(sum, count, least, most);
+                Judged { value: sum / count, of: sure.len() as u64, holds }
             }
             Asked::OverBound { quantity, most } => {
                 let sum: f64 = squares(&|seen| seen.over_bound[quantity]);

@@ -21,6 +21,8 @@ pub struct Seen {
     pub verdict: Verdict,
     /// Of several candidates that are listed, the errors over sigma of the best.
     pub candidate: Option<f64>,
+    /// Of a range by phase: how many cycles it is off, if its cycle is said to be sure.
+    pub cycles: Option<f64>,
 }
 
 impl Seen {
@@ -34,6 +36,7 @@ impl Seen {
         level: f64::NAN,
         verdict: Verdict::NoSignal,
         candidate: None,
+        cycles: None,
     };
 
     /// The larger of its errors over sigma.

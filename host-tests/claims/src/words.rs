@@ -12,6 +12,7 @@ impl Asked {
         match *self {
             Asked::Share { least, most, .. } => least > 0.0 || most < 1.0,
             Asked::Square { most, .. }
+            | Asked::ByPhase { most, .. }
             | Asked::OverBound { most, .. }
             | Asked::Rms { most }
             | Asked::Snr { most_db: most }
@@ -62,6 +63,9 @@ impl Display for Asked {
                     _ => write!(f, "{} to {}", short(least), short(most)),
                 }
             }
+            Asked::ByPhase { least, most } => {
+                write!(f, "mean of (error / sigma)^2 by phase: {} to {}", short(least), short(most))
+            }
             Asked::OverBound { quantity, most } => {
                 let of = which(quantity, "error", "error of the phase");
                 write!(f, "rms {of} over its bound: at most {}", short(most))
@@ -107,6 +111,11 @@ impl Display for Event {
             Event::Late(blocks) => write!(f, "held after more than {blocks} blocks"),
             Event::Lost => f.write_str("lost after it was held"),
             Event::Exchanged => f.write_str("held by another track in the end"),
+            Event::Sure => f.write_str("sure of the cycle, of the usable"),
+            Event::OtherCycle => f.write_str("another cycle, of the sure"),
+            Event::NotAmong(sigmas) => {
+                write!(f, "no candidate within {sigmas} sigma, of those not sure")
+            }
             Event::Cut => f.write_str("cut out as a burst"),
         }
     }

@@ -6,6 +6,7 @@ mod efforts;
 mod faults;
 mod field;
 mod lines;
+mod phases;
 mod sums;
 mod tones;
 mod tracks;

@@ -140,6 +140,7 @@ impl Against {
             level: level.abs() - 6.0 * self.noise * (2.0 / self.n as f64).sqrt() / amplitude,
             verdict: tone.verdict,
             candidate: None,
+            cycles: None,
         }
     }
 

@@ -3,6 +3,7 @@
 mod against;
 mod bursts;
 mod chirps;
+mod phases;
 mod tracks;
 
 use crate::case::{Case, Engine, Path};
@@ -127,6 +128,7 @@ fn measured<R: Record, const N: usize, E: engine::Engine>(case: &Case, run: &mut
         // Measured before.
         Path::ByTurns => Trial::default(),
         Path::Chirps(laps) => chirps::trial::<R, N, E>(case, run, &mut pipeline, laps),
+        Path::Phase => phases::trial::<R, N, E>(case, run, &mut pipeline),
         Path::Sequence(laps) => chirps::sequence::<R, N, E>(case, run, &mut pipeline, laps),
     }
 }
