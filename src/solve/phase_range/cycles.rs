@@ -1,6 +1,6 @@
 //! The cycles that the transmitter sends while the echo is under way.
 
-use crate::math::fixed_point::in_steps;
+use crate::math::fixed_point::{in_steps, to_f32};
 use crate::solve::waveform::metres;
 use fixed::types::I32F32;
 
@@ -24,13 +24,13 @@ impl Cycles {
 
     /// The cycles of a range.
     pub fn at(&self, range: I32F32) -> I32F32 {
-        let far: f32 = range.to_num();
+        let far = to_f32(range);
         metres(range.to_bits(), self.per_metre).saturating_sub(in_steps(self.square * far * far))
     }
 
     /// Cycles for a metre more, at this range.
     pub fn slope_at(&self, range: I32F32) -> f32 {
-        self.slope - 2.0 * self.square * range.to_num::<f32>()
+        self.slope - 2.0 * self.square * to_f32(range)
     }
 
     /// The range nearest to `near` whose cycles have the fraction `seen`.

@@ -6,7 +6,7 @@ use super::comb::{Comb, SURE};
 use super::cycles::Cycles;
 use crate::acquire::sample::Segment;
 use crate::error::ConfigError;
-use crate::math::fixed_point::in_steps;
+use crate::math::fixed_point::{in_steps, to_f32};
 use crate::solve::equations::Chirp;
 use crate::solve::target::Target;
 use crate::solve::waveform::{SPEED_OF_LIGHT, Scale, metres};
@@ -144,7 +144,7 @@ impl PhaseRanging {
         let steps = i64::from(phasor.tone.frequency.0.to_bits());
         let steps = if mirrored { -steps } else { steps };
         let range = metres(steps, ramp.range.fixed);
-        let far: f32 = range.to_num();
+        let far = to_f32(range);
         let range = range.saturating_add(in_steps(ramp.bow * far * far));
         let sigma = (ramp.range.float * phasor.tone.sigma).abs();
         let verdict = phasor.tone.verdict;
@@ -160,8 +160,8 @@ impl PhaseRanging {
         target: &Target,
     ) -> PhaseRange {
         let ramp = self.ramp(segment);
-        let velocity: f32 = target.velocity.unwrap_or_default().to_num();
-        let mirrored = self.mirrored(ramp, [target.range.to_num(), velocity]);
+        let velocity = to_f32(target.velocity.unwrap_or_default());
+        let mirrored = self.mirrored(ramp, [to_f32(target.range), velocity]);
         let verdict = phasor.tone.verdict.max(target.verdict);
         let answer = self.solved(
             ramp,
@@ -181,7 +181,7 @@ impl PhaseRanging {
     pub fn moving(&self, up: &ToneWithPhase, down: &ToneWithPhase, target: &Target) -> PhaseRange {
         let [rising, falling] = &self.ramps;
         let tones = up.tone.verdict.max(down.tone.verdict);
-        let velocity: f32 = target.velocity.unwrap_or_default().to_num();
+        let velocity = to_f32(target.velocity.unwrap_or_default());
         let place = self.place(target.range, target.sigma_range);
         let answer = by_frequency(target, &place, tones.max(target.verdict));
         let steady = [up, down].into_iter().all(is_steady);
@@ -194,12 +194,12 @@ impl PhaseRanging {
         let late = place.range.saturating_sub(way);
         let [first, last] =
             [(rising, up, early), (falling, down, late)].map(|(ramp, phasor, near)| {
-                let mirrored = self.mirrored(ramp, [near.to_num(), velocity]);
+                let mirrored = self.mirrored(ramp, [to_f32(near), velocity]);
                 let seen = self.seen(ramp, phasor, mirrored, velocity);
                 let nearest = ramp.cycles.nearest(seen, near);
                 let slope = ramp.cycles.slope_at(near);
                 (
-                    nearest.saturating_sub(near).to_num::<f32>(),
+                    to_f32(nearest.saturating_sub(near)),
                     1.0 / slope,
                     self.sigma_phase(phasor) / (TAU * slope),
                 )
@@ -267,7 +267,7 @@ impl PhaseRanging {
         let calibration = Calibration {
             phase_rad: self.sign * TAU * turns,
             sigma_phase_rad: libm::hypotf(self.sigma_phase(phasor), slope * sigma_m),
-            offset_m: seen.by_frequency.saturating_sub(known).to_num(),
+            offset_m: to_f32(seen.by_frequency.saturating_sub(known)),
             sigma_offset_m: libm::hypotf(seen.sigma_by_frequency, sigma_m),
             ..self.calibration
         };
@@ -289,7 +289,7 @@ impl PhaseRanging {
     fn place(&self, range: I32F32, sigma: f32) -> Place {
         let Calibration { offset_m, sigma_offset_m, sigma_slope_ppm, .. } = self.calibration;
         let range = range.saturating_sub(in_steps(offset_m));
-        let slope = 1e-6 * sigma_slope_ppm * range.to_num::<f32>();
+        let slope = 1e-6 * sigma_slope_ppm * to_f32(range);
         let known = libm::hypotf(sigma_offset_m, slope);
         Place { range, sigma, spread: libm::hypotf(sigma, known) }
     }
@@ -330,7 +330,7 @@ impl PhaseRanging {
         }
         let seen = self.seen(ramp, phasor, mirrored, velocity);
         let nearest = ramp.cycles.nearest(seen, place.range);
-        let beyond: f32 = nearest.saturating_sub(place.range).to_num();
+        let beyond = to_f32(nearest.saturating_sub(place.range));
         let slope = ramp.cycles.slope_at(place.range);
         let per_radian = 1.0 / (TAU * slope);
         let sigma = self.sigma_phase(phasor) * per_radian;
