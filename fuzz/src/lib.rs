@@ -12,13 +12,13 @@ pub use instrument::instrument;
 pub use line::{command, frame, message, settings};
 pub use measure::{pipeline, tracker};
 pub use paths::paths;
-pub use recordings::{archive, csv, json, npy, raw, wav};
+pub use recordings::{archive, csv, json, list, npy, raw, times, wav};
 
 /// A target: its name, which is also its corpus's folder, and its body.
 pub type Target = (&'static str, fn(&[u8]));
 
 /// Every target.
-pub const TARGETS: [Target; 14] = [
+pub const TARGETS: [Target; 16] = [
     ("frame", frame),
     ("message", message),
     ("command", command),
@@ -31,6 +31,8 @@ pub const TARGETS: [Target; 14] = [
     ("npy", npy),
     ("raw", raw),
     ("csv", csv),
+    ("list", list),
+    ("times", times),
     ("archive", archive),
     ("json", json),
 ];

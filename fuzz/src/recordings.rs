@@ -21,15 +21,39 @@ pub fn csv(bytes: &[u8]) {
 /// Numbers without a header; the first byte tells which.
 pub fn raw(bytes: &[u8]) {
     let Some((&which, rest)) = bytes.split_first() else { return };
-    let formats = [Format::I16, Format::U16, Format::I32, Format::F32, Format::Cf64, Format::Cu8];
+    let formats = [
+        Format::I16,
+        Format::U16,
+        Format::I32,
+        Format::F32,
+        Format::Cf64,
+        Format::Cu8,
+        Format::Iiqq,
+    ];
     recording(formats[usize::from(which) % formats.len()], rest);
 }
 
-/// FLAC, npz, mat and SigMF; the first byte tells which.
+/// FLAC, npz, mat, HDF5 and SigMF; the first byte tells which.
 pub fn archive(bytes: &[u8]) {
     let Some((&which, rest)) = bytes.split_first() else { return };
-    let formats = [Format::Flac, Format::Npz, Format::Mat, Format::Sigmf];
+    let formats = [Format::Flac, Format::Npz, Format::Mat, Format::Hdf5, Format::Sigmf];
     recording(formats[usize::from(which) % formats.len()], rest);
+}
+
+/// Lists of numbers in text, as debuggers and programs write them; and JSON that is one recording.
+pub fn list(bytes: &[u8]) {
+    recording(Format::Csv, &[b"\0x = {1, 2, 3, 4, 5, 6, 7, 8, ", bytes].concat());
+    recording(Format::Json, bytes);
+}
+
+/// A table whose first column is the time.
+pub fn times(bytes: &[u8]) {
+    let rows: String = bytes
+        .chunks(3)
+        .map(|it| format!("{},{}\n", i32::from(it[0]) * 7 - i32::from(it.len() as u8), it[0]))
+        .collect();
+    recording(Format::Csv, format!("\0time,x\n{rows}").as_bytes());
+    recording(Format::Csv, &[b"\0time,x\n", bytes].concat());
 }
 
 /// JSON lines.
@@ -63,6 +87,7 @@ fn recording(format: Format, bytes: &[u8]) {
             _ => Some((2, Some(1))),
         },
         decimal_comma: how & 32 != 0,
+        ..Options::default()
     };
     let recording = Recording::from_bytes(Path::new(NAME), rest.to_vec(), options);
     let mut blocks = match recording {

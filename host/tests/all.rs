@@ -12,6 +12,7 @@ mod design;
 mod device;
 mod end;
 mod explain;
+mod field;
 mod five;
 mod formats;
 mod left_out;

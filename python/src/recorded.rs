@@ -31,7 +31,8 @@ pub fn recording<'py>(
         return Err(wrong("scale must be a positive number"));
     }
     let format = format.map(named).transpose().map_err(wrong)?;
-    let options = Options { format, rate_hz, iq, scale, channel, decimal_comma };
+    let options =
+        Options { format, rate_hz, iq, scale, channel, decimal_comma, ..Options::default() };
     let read = || -> Result<_, String> {
         let text = |error: picket_recording::RecordingError| error.to_string();
         let mut recording = Recording::open(&path, options).map_err(text)?;
@@ -61,7 +62,7 @@ pub fn recording<'py>(
 }
 
 /// The formats by their names, as the command line has them.
-const FORMATS: [(&str, Format); 19] = [
+const FORMATS: [(&str, Format); 21] = [
     ("wav", Format::Wav),
     ("flac", Format::Flac),
     ("i8", Format::I8),
@@ -74,11 +75,13 @@ const FORMATS: [(&str, Format); 19] = [
     ("cs8", Format::Cs8),
     ("cu8", Format::Cu8),
     ("cs16", Format::Cs16),
+    ("iiqq", Format::Iiqq),
     ("cf32", Format::Cf32),
     ("cf64", Format::Cf64),
     ("npy", Format::Npy),
     ("npz", Format::Npz),
     ("mat", Format::Mat),
+    ("hdf5", Format::Hdf5),
     ("sigmf", Format::Sigmf),
     ("csv", Format::Csv),
 ];

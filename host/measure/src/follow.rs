@@ -133,7 +133,7 @@ fn blocks<R: Kind, const N: usize>(
     let mut block = 0u32;
     while let Some((start, samples)) = blocks.next_block().map_err(text)? {
         let values: Vec<Complex<f64>> = samples.iter().map(|sample| sample.value).collect();
-        let gap = blocks.missing() > 0;
+        let gap = blocks.gap();
         let stamp = Stamp { sequence: block, clock: start, gap, ..Stamp::default() };
         tracker.block(&stamp, &record::<R, N>(&values));
         let time_s = (start as f64 + N as f64 / 2.0) / rate_hz;

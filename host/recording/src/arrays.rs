@@ -1,10 +1,16 @@
 //! Named arrays, as npz and mat files hold them: their columns are channels, one of them may be the time, and a single number with a
 //! rate's name is the rate.
 
+use super::axes::Cube;
 use super::scaling::Unit;
-use super::source::Held;
-use super::{Opened, Options, RecordingError, Sample, pick, table};
+use super::source::{Held, Source};
+use super::times::{self, Timing, Untimely};
+use super::unit::Named;
+use super::{Opened, Options, RecordingError, Sample, pick};
 use std::path::Path;
+
+/// Channels of an array, at most: others are records.
+const MOST: usize = 8;
 
 /// An array has its channels along its shorter side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,30 +42,62 @@ impl Channels {
 #[derive(Clone, Debug)]
 pub(super) struct Array {
     pub name: String,
-    /// The parts of complex numbers are next to each other.
-    channels: Vec<Vec<f64>>,
+    numbers: Vec<f64>,
     complex: bool,
+    sides: Vec<u64>,
+    rows_first: bool,
+    /// The parts of complex numbers are next to each other; empty where the sides are more than channels.
+    channels: Vec<Vec<f64>>,
 }
 
 impl Array {
-    /// The array of numbers that are packed; `None` where some are missing.
-    pub fn packed(name: &str, numbers: Vec<f64>, complex: bool, of: Channels) -> Option<Self> {
+    /// The array of numbers of these sides; `None` where some are missing.
+    pub fn new(
+        name: &str,
+        numbers: Vec<f64>,
+        complex: bool,
+        sides: Vec<u64>,
+        rows_first: bool,
+    ) -> Option<Self> {
         let parts = if complex { 2 } else { 1 };
-        let length = usize::try_from(of.length).ok()?;
-        let all = length.checked_mul(of.count)?.checked_mul(parts)?;
-        let numbers = numbers.get(..all)?;
+        let all = sides.iter().try_fold(parts, |all: u64, side| all.checked_mul(*side))?;
+        numbers.get(..usize::try_from(all).ok()?)?;
+        let channels = Channels::of(&sides, rows_first).filter(|of| of.count <= MOST);
+        let channels = channels.map_or(Vec::new(), |of| Self::columns(&numbers, complex, of));
+        Some(Self { name: name.into(), numbers, complex, sides, rows_first, channels })
+    }
+
+    fn columns(numbers: &[f64], complex: bool, of: Channels) -> Vec<Vec<f64>> {
+        let parts = if complex { 2 } else { 1 };
+        let length = of.length as usize;
         let channel = |place: usize| -> Vec<f64> {
             let (channel, part) = (place / parts, place % parts);
             match of.together {
                 true => numbers.iter().skip(place).step_by(of.count * parts).copied().collect(),
                 false => {
-                    let own = &numbers[channel * length * parts..][..length * parts];
-                    own.iter().skip(part).step_by(parts).copied().collect()
+                    let own = numbers.iter().skip(channel * length * parts).take(length * parts);
+                    own.skip(part).step_by(parts).copied().collect()
                 }
             }
         };
-        let channels = (0..of.count * parts).map(channel).collect();
-        Some(Self { name: name.into(), channels, complex })
+        (0..of.count * parts).map(channel).collect()
+    }
+
+    /// The records in it, where its sides are more than channels.
+    fn cube(&self, path: &Path, options: &Options) -> Result<Option<Opened>, RecordingError> {
+        let Some(cube) = Cube::of(path, &self.sides, self.rows_first, self.complex, options)?
+        else {
+            return Ok(None);
+        };
+        let source = Held { samples: cube.samples(&self.numbers).into_iter() };
+        Ok(Some(Opened {
+            iq: cube.complex,
+            length: Some(cube.length()),
+            row: Some(cube.samples),
+            axes: Some(cube.axes),
+            notes: vec![cube.note.clone()],
+            ..Opened::new(Unit::FREE, Box::new(source))
+        }))
     }
 
     fn length(&self) -> usize {
@@ -97,6 +135,12 @@ pub(super) fn opened(
     options: &Options,
 ) -> Result<Opened, RecordingError> {
     let told = arrays.iter().find_map(Array::rate_hz);
+    let largest = arrays.iter().max_by_key(|array| array.numbers.len());
+    if let Some(largest) = largest.filter(|it| it.channels.is_empty() || options.axes.is_some())
+        && let Some(cube) = largest.cube(path, options)?
+    {
+        return Ok(Opened { rate_hz: told, ..cube });
+    }
     let length = arrays.iter().map(Array::length).max().unwrap_or(0);
     if length == 0 {
         return Err(RecordingError::Empty(path.into()));
@@ -114,8 +158,10 @@ pub(super) fn opened(
     let (time, values): (Vec<&Column>, Vec<&Column>) = columns
         .iter()
         .partition(|column| columns.len() > 1 && column.parts.len() == 1 && is_time(column));
-    let step = time.first().and_then(|column| table::evenly(&column.parts[0]));
-    let rate_hz = told.or(step.map(|step| 1.0 / step));
+    let timing = match time.first() {
+        Some(column) if options.rate_hz.is_none() => timing(path, column, told, options)?,
+        _ => None,
+    };
     let chosen = |place: usize| columns.get(place);
     let complex = |column: &Column| column.parts.len() == 2;
     let parts: Vec<&Vec<f64>> = match (options.channel, &values[..]) {
@@ -154,23 +200,55 @@ pub(super) fn opened(
         }
     };
     let samples = |k: usize| Sample::of(parts[0][k], parts.get(1).map(|part| part[k]));
-    let samples: Vec<Sample> = (0..length).map(samples).collect();
+    let rows = timing.as_ref().map_or(0..u64::MAX, |timing| timing.rows.clone());
+    let mut gaps = timing.iter().flat_map(|timing| &timing.gaps).peekable();
+    let mut taken = Vec::with_capacity(length);
+    for row in rows.start as usize..rows.end.min(length as u64) as usize {
+        if let Some(gap) = gaps.next_if(|gap| gap.0 == row as u64) {
+            taken.extend((0..gap.1).map(|_| Sample::of(f64::NAN, None)));
+        }
+        taken.push(samples(row));
+    }
+    let clock = timing.as_ref().and_then(|timing| timing.clock);
+    let source: Box<dyn Source> = Box::new(Held { samples: taken.into_iter() });
     Ok(Opened {
-        rate_hz,
+        rate_hz: clock.map(|clock| clock.rate_hz).or(told),
+        clock,
         iq: parts.len() == 2,
-        length: Some(length as u64),
-        unit: Unit::FREE,
-        source: Box::new(Held { samples: samples.into_iter() }),
+        length: timing.is_none().then_some(length as u64),
+        notes: timing.into_iter().map(|timing| timing.note).collect(),
+        ..Opened::new(Unit::FREE, source)
     })
+}
+
+/// How the rows lie in time by this column.
+fn timing(
+    path: &Path,
+    column: &Column,
+    rate_hz: Option<f64>,
+    options: &Options,
+) -> Result<Option<Timing>, RecordingError> {
+    let name = column.name.clone();
+    // Arrays are in the units of physics, unless their name says another.
+    let named =
+        Named { column: name.clone(), names: vec![name, "time (s)".into()], step: None, rate_hz };
+    match times::timing(&column.parts[0], &named, options.part) {
+        Ok(timing) => Ok(Some(timing)),
+        Err(Untimely::Other) => Ok(None),
+        Err(Untimely::Said(what)) => {
+            let what = format!("its time, {}, {what}: add --rate HZ to do without it", column.name);
+            Err(RecordingError::Columns(path.into(), what))
+        }
+    }
 }
 
 /// Whether a column is the time: by its name, and because it rises evenly.
 fn is_time(column: &Column) -> bool {
     let name = column.name.to_ascii_lowercase();
     let named =
-        name == "t" || name.starts_with("time") || name.ends_with("_t") || name.ends_with("time");
+        name.starts_with("time") || name.ends_with("_t") || name.ends_with("time") || name == "t";
     let unnamed = name.is_empty() || name.contains(',');
-    (named || unnamed) && table::evenly(&column.parts[0]).is_some()
+    named || unnamed && times::is_even(&column.parts[0])
 }
 
 /// Whether two columns are I and Q by their names, or have none of their own because they are one array.
@@ -197,11 +275,10 @@ mod tests {
         assert_eq!(of(&[2, 9], false), (2, 9, true));
         assert_eq!(of(&[1, 9], false).0, 1);
         let numbers: Vec<f64> = (0..8).map(f64::from).collect();
-        let apart = Channels { count: 2, length: 2, together: false };
-        let array = Array::packed("x", numbers.clone(), true, apart).unwrap();
-        assert_eq!(array.channels, [[0.0, 2.0], [1.0, 3.0], [4.0, 6.0], [5.0, 7.0]]);
-        let together = Channels { together: true, ..apart };
-        let array = Array::packed("x", numbers, true, together).unwrap();
-        assert_eq!(array.channels, [[0.0, 4.0], [1.0, 5.0], [2.0, 6.0], [3.0, 7.0]]);
+        let of = |sides: Vec<u64>, rows_first| {
+            Array::new("x", numbers.clone(), true, sides, rows_first).unwrap().channels
+        };
+        assert_eq!(of(vec![2, 2], false), [[0.0, 2.0], [1.0, 3.0], [4.0, 6.0], [5.0, 7.0]]);
+        assert_eq!(of(vec![2, 2], true), [[0.0, 4.0], [1.0, 5.0], [2.0, 6.0], [3.0, 7.0]]);
     }
 }

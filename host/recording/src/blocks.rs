@@ -36,6 +36,14 @@ impl Blocks {
         self.missing.iter().filter(|&&number| number < end).count()
     }
 
+    /// Whether the block given last is not one stretch: a sample of it is missing, or a record ends within it.
+    pub fn gap(&self) -> bool {
+        let end = self.recording.read;
+        let start = end.saturating_sub(self.n as u64);
+        let ends = |row: u64| start / row != end.saturating_sub(1) / row;
+        self.missing() > 0 || self.recording.row.is_some_and(|row| ends(row.max(1)))
+    }
+
     /// The next block and the number of its first sample, or `None` at the end. An error if the
     /// recording does not fill even one block.
     pub fn next_block(&mut self) -> Result<Option<(u64, &[Sample])>, RecordingError> {

@@ -4,7 +4,10 @@ use super::input::Input;
 use super::scaling::Unit;
 use super::source::Source;
 use super::table::{self, Between, Shape, Unclear};
-use super::{Opened, Options, RecordingError, Sample, text};
+use super::times::{self, Timing};
+use super::unit::Named;
+use super::{Axes, Opened, Options, RecordingError, Sample, list, text};
+use std::collections::VecDeque;
 use std::io::{BufRead, Read};
 use std::path::{Path, PathBuf};
 
@@ -13,11 +16,22 @@ const LONGEST: u64 = 1 << 20;
 /// Numbers from here on, and infinite ones, are an oscilloscope's mark for a sample that it could not take (9.9e37).
 const OVERFLOW: f64 = 1e30;
 
-pub(super) fn open(path: &Path, input: Input, options: &Options) -> Result<Opened, RecordingError> {
+/// So many columns and no time among them are records, a row each.
+const RECORDS: usize = 16;
+
+pub(super) fn open(
+    path: &Path,
+    input: Input,
+    options: &Options,
+    timing: Option<&Timing>,
+) -> Result<Opened, RecordingError> {
     let head = text::decoded(&input.head);
     let binary = |byte: u8| byte == 0 || (byte < b' ' && !b"\t\r\n\x0c".contains(&byte));
     if head.bytes().any(binary) {
         return Err(RecordingError::Line(path.into(), 1, "not text that can be read".into()));
+    }
+    if let Some(found) = list::found(&head) {
+        return list::open(path, input, found, options);
     }
     let mut lines: Vec<&str> = head.lines().collect();
     if !input.whole() && lines.len() > 1 {
@@ -34,44 +48,61 @@ pub(super) fn open(path: &Path, input: Input, options: &Options) -> Result<Opene
             Unclear::Empty => RecordingError::Empty(path.into()),
             Unclear::Comma(line) => RecordingError::Comma(path.into(), line),
         })?;
-    let wanted = wanted(&shape, options, path)?;
-    let told = shape.time.and_then(|(_, step)| Some(1.0 / step?));
+    let rows = shape.time.is_none() && !chosen && shape.columns.len() >= RECORDS
+        || options.axes.is_some() && !chosen;
+    let wanted = if rows { Wanted::Row } else { wanted(&shape, options, path)? };
+    let (rate_hz, timed) = (shape.rate_hz, shape.time.is_some());
+    let width = shape.columns.len() as u64;
     let rows = Rows {
         path: path.into(),
         reader: text::reader(input),
         line: 0,
+        row: 0,
         wanted,
-        rate_hz: shape.rate_hz,
         shape,
+        times: (timed && timing.is_none()).then(Vec::new),
+        timing: timing.cloned(),
+        ready: VecDeque::new(),
+        ended: false,
     };
-    Ok(Opened {
-        rate_hz: told.or(rows.rate_hz),
-        iq: wanted.1.is_some(),
-        length: None,
-        unit: Unit::FREE,
-        source: Box::new(rows),
-    })
+    let iq = matches!(wanted, Wanted::Columns(_, Some(_)));
+    let mut opened = Opened { rate_hz, iq, ..Opened::new(Unit::FREE, Box::new(rows)) };
+    if wanted == Wanted::Row {
+        opened.row = Some(width);
+        opened.axes = "chirp,sample".parse::<Axes>().ok();
+        opened.notes.push(format!("each row of {width} numbers is taken as a record of its own"));
+    }
+    Ok(opened)
+}
+
+/// What is read of a row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Wanted {
+    /// A column, or two as I and Q, from 0.
+    Columns(usize, Option<usize>),
+    /// All, one behind the other.
+    Row,
 }
 
 /// The columns to read, from 0: of the samples, or of I and Q.
-fn wanted(
-    shape: &Shape,
-    options: &Options,
-    path: &Path,
-) -> Result<(usize, Option<usize>), RecordingError> {
+fn wanted(shape: &Shape, options: &Options, path: &Path) -> Result<Wanted, RecordingError> {
     if let Some((first, second)) = options.channel {
         let at = |column: usize| {
             let there = column.checked_sub(1).filter(|at| shape.columns.contains(at));
             there.ok_or_else(|| RecordingError::Channel(path.into(), column, 0))
         };
-        return Ok((at(first)?, second.map(at).transpose()?));
+        return Ok(Wanted::Columns(at(first)?, second.map(at).transpose()?));
     }
-    let time = shape.time.map(|(column, _)| column);
+    let time = shape.time.as_ref().map(|(column, _)| *column);
     let values: Vec<usize> = shape.columns.iter().copied().filter(|&at| Some(at) != time).collect();
     match (values[..].first(), values.get(1), time) {
-        (Some(&only), None, _) if values.len() == 1 && !options.iq => Ok((only, None)),
-        (Some(&i), Some(&q), None) if values.len() == 2 => Ok((i, Some(q))),
-        (Some(&i), Some(&q), Some(_)) if values.len() == 2 && options.iq => Ok((i, Some(q))),
+        (Some(&only), None, _) if values.len() == 1 && !options.iq => {
+            Ok(Wanted::Columns(only, None))
+        }
+        (Some(&i), Some(&q), None) if values.len() == 2 => Ok(Wanted::Columns(i, Some(q))),
+        (Some(&i), Some(&q), Some(_)) if values.len() == 2 && options.iq => {
+            Ok(Wanted::Columns(i, Some(q)))
+        }
         (.., None) => Err(RecordingError::Channels(path.into(), values.len(), options.iq)),
         (.., Some(_)) => {
             let name = |at: &usize| match shape.names.get(*at).filter(|name| !name.is_empty()) {
@@ -94,11 +125,17 @@ fn wanted(
 struct Rows {
     path: PathBuf,
     reader: Box<dyn BufRead + Send>,
-    /// Lines read.
+    /// Lines read, and rows of numbers.
     line: usize,
+    row: u64,
     shape: Shape,
-    wanted: (usize, Option<usize>),
-    rate_hz: Option<f64>,
+    wanted: Wanted,
+    /// The times so far, where they are not known yet.
+    times: Option<Vec<f64>>,
+    timing: Option<Timing>,
+    /// Samples of the rows that were read.
+    ready: VecDeque<Sample>,
+    ended: bool,
 }
 
 impl Rows {
@@ -106,11 +143,15 @@ impl Rows {
         RecordingError::Line(self.path.clone(), self.line as u64, what)
     }
 
-    fn sample(&self, line: &str) -> Result<Sample, RecordingError> {
+    /// Reads the samples of a line.
+    fn take(&mut self, line: &str) -> Result<(), RecordingError> {
         let fields = self.shape.between.fields(line);
         let width = self.shape.width;
         // A line of an oscilloscope's table may have more, or end in commas.
-        let needed = self.wanted.0.max(self.wanted.1.unwrap_or(0));
+        let needed = match self.wanted {
+            Wanted::Columns(first, second) => first.max(second.unwrap_or(0)),
+            Wanted::Row => self.shape.columns.last().copied().unwrap_or(0),
+        };
         if fields.len() <= needed || (fields.len() > width && self.shape.between != Between::Space)
         {
             return Err(
@@ -123,28 +164,60 @@ impl Rows {
             None if table::says_nothing(fields[column]) => Ok(f64::NAN),
             None => Err(self.wrong(format!("\"{}\" is not a number", fields[column]))),
         };
-        Ok(Sample::of(value(self.wanted.0)?, self.wanted.1.map(value).transpose()?))
+        let samples: Vec<Sample> = match self.wanted {
+            Wanted::Columns(first, second) => {
+                vec![Sample::of(value(first)?, second.map(value).transpose()?)]
+            }
+            Wanted::Row => {
+                let each = self.shape.columns.iter().map(|&at| Ok(Sample::of(value(at)?, None)));
+                each.collect::<Result<_, RecordingError>>()?
+            }
+        };
+        let row = self.row;
+        self.row += 1;
+        if let (Some(times), Some((column, _))) = (&mut self.times, &self.shape.time)
+            && times.len() < times::KEPT
+        {
+            let time =
+                fields.get(*column).and_then(|it| table::number(it, self.shape.decimal_comma));
+            times.push(time.unwrap_or(f64::NAN));
+        }
+        if let Some(timing) = &self.timing {
+            if !timing.rows.contains(&row) {
+                self.ended = row >= timing.rows.end;
+                return Ok(());
+            }
+            if let Ok(at) = timing.gaps.binary_search_by_key(&row, |gap| gap.0) {
+                let missing = Sample::of(f64::NAN, None);
+                self.ready.extend((0..timing.gaps[at].1).map(|_| missing));
+            }
+        }
+        self.ready.extend(samples);
+        Ok(())
     }
-}
 
-impl Rows {
-    /// The next line of numbers; `None` at the end.
-    fn next(&mut self) -> Option<Result<Sample, RecordingError>> {
+    /// Reads the next line of numbers; false at the end.
+    fn next(&mut self) -> Result<bool, RecordingError> {
         loop {
             let mut bytes = Vec::new();
             match self.reader.by_ref().take(LONGEST).read_until(b'\n', &mut bytes) {
-                Ok(0) => return None,
+                Ok(0) => return Ok(false),
                 Ok(length) if length as u64 == LONGEST => {
-                    return Some(Err(self.wrong("a line longer than 1 MB is no table".into())));
+                    return Err(self.wrong("a line longer than 1 MB is no table".into()));
                 }
                 Ok(_) => {}
-                Err(error) => return Some(Err(RecordingError::Io(self.path.clone(), error))),
+                Err(error) => return Err(RecordingError::Io(self.path.clone(), error)),
             }
             self.line += 1;
             let line = String::from_utf8_lossy(&bytes);
             let line = line.trim_start_matches('\u{feff}');
             if self.line > self.shape.start && !table::skipped(line) {
-                return Some(self.sample(line.trim_end_matches(['\r', '\n'])));
+                let taken = self.take(line.trim_end_matches(['\r', '\n']));
+                // A last line without its end was cut off.
+                return match taken {
+                    Err(_) if !line.ends_with('\n') && self.row > 0 => Ok(false),
+                    taken => taken.map(|()| true),
+                };
             }
         }
     }
@@ -152,12 +225,22 @@ impl Rows {
 
 impl Source for Rows {
     fn read(&mut self, into: &mut Vec<Sample>, count: usize) -> Result<(), RecordingError> {
-        for _ in 0..count {
-            match self.next() {
-                Some(sample) => into.push(sample?),
-                None => break,
+        let wanted = into.len() + count;
+        while into.len() < wanted {
+            match self.ready.pop_front() {
+                Some(sample) => into.push(sample),
+                None if self.ended || !self.next()? => break,
+                None => {}
             }
         }
         Ok(())
+    }
+
+    fn is_timed(&self) -> bool {
+        self.times.is_some()
+    }
+
+    fn times(&mut self) -> Option<(Vec<f64>, Named)> {
+        Some((self.times.take()?, self.shape.time.as_ref()?.1.clone()))
     }
 }

@@ -41,12 +41,18 @@ pub enum RecordingError {
     AlreadyPairs(PathBuf, usize),
     /// This many channels of complex numbers, and none is chosen.
     ComplexChannels(PathBuf, usize),
+    /// A file of another kind, and what to do with it.
+    Other(PathBuf, &'static str),
+    /// Headerless numbers that look like others, and what to add for them.
+    Like(PathBuf, &'static str),
     /// The npz archive is damaged or of a kind that cannot be read.
     Npz(PathBuf, String),
     /// The mat file is damaged or of a kind that cannot be read.
     Mat(PathBuf, String),
     /// A format that only the tools read, not the page.
     Packed(PathBuf),
+    /// The HDF5 file is damaged or of a kind that cannot be read.
+    Hdf5(PathBuf, String),
     /// The FLAC file is damaged or of a kind that cannot be read.
     Flac(PathBuf, String),
     /// The SigMF description is wrong or of a kind that cannot be read.
@@ -144,6 +150,7 @@ impl fmt::Display for RecordingError {
                 "{}: {channels} channels of complex numbers: choose one by --channel 1 to {channels}",
                 path.display()
             ),
+            Other(path, what) | Like(path, what) => write!(f, "{}: {what}", path.display()),
             Packed(path) => write!(
                 f,
                 "{}: only the tool reads this format: type picket analyze, or save it as wav or npy",
@@ -151,6 +158,7 @@ impl fmt::Display for RecordingError {
             ),
             Npz(path, what) => write!(f, "{}: not a readable npz file: {what}", path.display()),
             Mat(path, what) => write!(f, "{}: not a readable mat file: {what}", path.display()),
+            Hdf5(path, what) => write!(f, "{}: not a readable HDF5 file: {what}", path.display()),
             Flac(path, what) => write!(f, "{}: not a readable FLAC file: {what}", path.display()),
             Sigmf(path, what) => {
                 write!(f, "{}: not a readable SigMF recording: {what}", path.display())

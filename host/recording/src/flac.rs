@@ -18,18 +18,13 @@ pub(super) fn open(path: &Path, input: Input, options: &Options) -> Result<Opene
         8 => Unit::eight_bits(0.0),
         bits => Unit::bits(bits),
     };
+    let source =
+        Box::new(Decoded { path: path.into(), reader, picked, frame: Block::empty(), at: 0 });
     Ok(Opened {
         rate_hz: Some(info.sample_rate.into()),
         iq: picked.1.is_some(),
         length: info.samples,
-        unit,
-        source: Box::new(Decoded {
-            path: path.into(),
-            reader,
-            picked,
-            frame: Block::empty(),
-            at: 0,
-        }),
+        ..Opened::new(unit, source)
     })
 }
 

@@ -33,6 +33,8 @@ pub enum Format {
     Cu8,
     /// Pairs of I and Q as 16-bit integers.
     Cs16,
+    /// Pairs of I and Q as 16-bit integers, in fours: I I Q Q, as TI's DCA1000 writes them.
+    Iiqq,
     /// Pairs of I and Q as 32-bit floats.
     Cf32,
     /// Pairs of I and Q as 64-bit floats.
@@ -43,6 +45,8 @@ pub enum Format {
     Npz,
     /// MATLAB's file of level 5, as `save -v7` writes it.
     Mat,
+    /// HDF5, MATLAB's files of version 7.3 among them.
+    Hdf5,
     /// SigMF: the description, the samples beside it, or the archive of both.
     Sigmf,
     /// Columns: samples, or I and Q; an oscilloscope's with its time and its header lines.
@@ -60,7 +64,7 @@ pub(super) struct Raw {
 }
 
 /// The names that formats' suffixes have. SDR programs name pairs by several.
-const SUFFIXES: [(Format, &[&str]); 20] = [
+const SUFFIXES: [(Format, &[&str]); 21] = [
     (Format::Wav, &["wav", "wave", "rf64", "w64"]),
     (Format::Flac, &["flac", "fla"]),
     (Format::I8, &["i8", "s8"]),
@@ -78,8 +82,9 @@ const SUFFIXES: [(Format, &[&str]); 20] = [
     (Format::Npy, &["npy"]),
     (Format::Npz, &["npz"]),
     (Format::Mat, &["mat"]),
+    (Format::Hdf5, &["h5", "hdf5", "hdf"]),
     (Format::Sigmf, &["sigmf", "sigmf-meta", "sigmf-data"]),
-    (Format::Csv, &["csv", "txt", "tsv", "tab", "asc"]),
+    (Format::Csv, &["csv", "txt", "tsv", "tab", "asc", "log", "py", "c", "h"]),
     (Format::Json, &["json", "jsonl", "ndjson"]),
 ];
 
@@ -112,10 +117,39 @@ impl Format {
             () if at(0, b"fLaC") => Some(Format::Flac),
             () if at(0, npy::MAGIC) => Some(Format::Npy),
             () if at(0, b"PK\x03\x04") => Some(Format::Npz),
-            () if at(0, b"MATLAB ") || at(0, b"\x89HDF") => Some(Format::Mat),
+            () if at(0, b"\x89HDF") || at(512, b"\x89HDF") => Some(Format::Hdf5),
+            () if at(0, b"MATLAB ") => Some(Format::Mat),
             () if at(257, b"ustar") => Some(Format::Sigmf),
             () if text().trim_start().starts_with('{') && text().contains("core:") => {
                 Some(Format::Sigmf)
+            }
+            () => None,
+        }
+    }
+
+    /// What to do with a file of another kind, by its first bytes.
+    pub(super) fn cure(head: &[u8]) -> Option<&'static str> {
+        let at =
+            |place: usize, bytes: &[u8]| head.get(place..).is_some_and(|x| x.starts_with(bytes));
+        let has = |bytes: &[u8]| head.windows(bytes.len()).any(|it| it == bytes);
+        match () {
+            () if at(0, b"PK\x03\x04") && (has(b"xl/") || has(b"[Content_Types].xml")) => {
+                Some("a spreadsheet (xlsx): save the sheet as CSV")
+            }
+            () if at(0, b"PK\x03\x04") && has(b"mimetypeapplication/vnd.oasis") => {
+                Some("a spreadsheet (ods): save the sheet as CSV")
+            }
+            () if at(0, b"\xd0\xcf\x11\xe0") => Some("a spreadsheet (xls): save the sheet as CSV"),
+            () if at(0, b"\x1f\x8b") => Some("compressed by gzip: unpack it by gunzip"),
+            () if at(0, b"BZh") => Some("compressed by bzip2: unpack it by bunzip2"),
+            () if at(0, b"\xfd7zXZ\0") => Some("compressed by xz: unpack it by unxz"),
+            () if at(0, b"\x28\xb5\x2f\xfd") => Some("compressed by zstd: unpack it by unzstd"),
+            () if at(0, b"7z\xbc\xaf\x27\x1c") => Some("an archive (7z): unpack it"),
+            () if at(0, b"TDSm") => {
+                Some("a TDMS file: export it as CSV, or by Python's nptdms as npy")
+            }
+            () if at(0, b"OggS") || at(0, b"ID3") || at(4, b"ftyp") => {
+                Some("lossy audio: record wav or flac, or convert it by ffmpeg -i FILE x.wav")
             }
             () => None,
         }
@@ -134,7 +168,7 @@ impl Format {
             Format::F64 => of(Kind::F64, false, Unit::SHARE),
             Format::Cs8 => of(Kind::I8, true, Unit::eight_bits(0.0)),
             Format::Cu8 => of(Kind::U8, true, Unit::eight_bits(128.0)),
-            Format::Cs16 => of(Kind::I16, true, Unit::CODES),
+            Format::Cs16 | Format::Iiqq => of(Kind::I16, true, Unit::CODES),
             Format::Cf32 => of(Kind::F32, true, Unit::SHARE),
             Format::Cf64 => of(Kind::F64, true, Unit::SHARE),
             _ => None,

@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// The bytes that are looked at.
 const HEAD: usize = 1 << 16;
 /// No file that has to be held in memory is longer, in bytes.
-const LONGEST: u64 = 1 << 31;
+const LONGEST: u64 = 1 << 30;
 
 /// An input with its first bytes.
 pub(super) struct Input {
@@ -77,6 +77,9 @@ impl Input {
 
     /// All bytes in memory.
     pub fn all(self, path: &Path) -> Result<Vec<u8>, RecordingError> {
+        if self.bytes.is_some_and(|bytes| bytes > LONGEST) {
+            return Err(RecordingError::Io(path.into(), ErrorKind::FileTooLarge.into()));
+        }
         let mut bytes = self.head;
         let rest = self.rest.take(LONGEST).read_to_end(&mut bytes);
         match rest {

@@ -13,6 +13,7 @@
 //! A sample without a number (NaN, infinite, an empty cell) is missing: it takes the place of one, see [`Blocks::missing`].
 
 mod arrays;
+mod axes;
 mod blocks;
 mod columns;
 mod doubt;
@@ -20,14 +21,20 @@ mod error;
 #[cfg(feature = "packed")]
 mod flac;
 mod format;
+#[cfg(feature = "packed")]
+mod hdf5;
 mod input;
 mod levels;
+mod list;
 #[cfg(feature = "packed")]
 mod mat;
 mod npy;
 #[cfg(feature = "packed")]
 mod npz;
 mod number;
+#[cfg(feature = "json")]
+mod objects;
+mod order;
 mod pick;
 mod raw;
 #[cfg(feature = "json")]
@@ -38,8 +45,11 @@ mod sigmf;
 mod source;
 mod table;
 mod text;
+mod times;
+mod unit;
 mod wav;
 
+pub use axes::{Axes, Axis};
 pub use blocks::Blocks;
 pub use error::RecordingError;
 pub use format::Format;
@@ -47,6 +57,7 @@ pub use levels::Levels;
 #[cfg(feature = "json")]
 pub use records::{JsonRecord, Records};
 pub use scaling::Scaling;
+pub use times::Clock;
 
 use input::Input;
 use levels::Gauge;
@@ -57,6 +68,7 @@ use std::fmt;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use times::{Timing, Untimely};
 
 /// Samples that are read at once.
 const CHUNK: usize = 4096;
@@ -82,6 +94,23 @@ pub struct Options {
     pub channel: Option<(usize, Option<usize>)>,
     /// Commas in a csv file are decimal, not between columns.
     pub decimal_comma: bool,
+    /// Channels of headerless numbers, in turn.
+    pub channels: Option<usize>,
+    /// What the sides of an array count.
+    pub axes: Option<Axes>,
+    /// The part that is read, from 1, of a recording whose rate changes; the longest where `None`.
+    pub part: Option<usize>,
+    /// The converter that the numbers are codes of, in files of any format. Numbers that are no whole ones are spread over its codes.
+    pub converter: Option<Converter>,
+}
+
+/// A converter's codes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Converter {
+    /// Their width.
+    pub bits: u32,
+    /// They count from 0.
+    pub unsigned: bool,
 }
 
 /// One sample, in codes.
@@ -116,6 +145,21 @@ struct Opened {
     length: Option<u64>,
     unit: Unit,
     source: Box<dyn Source>,
+    /// Samples of a record of its own, of which the recording has several.
+    row: Option<u64>,
+    axes: Option<Axes>,
+    /// How its samples lie in time.
+    clock: Option<Clock>,
+    /// What was assumed.
+    notes: Vec<String>,
+}
+
+impl Opened {
+    /// Real samples of which nothing is known.
+    fn new(unit: Unit, source: Box<dyn Source>) -> Self {
+        let (rate_hz, length, row, axes, clock) = (None, None, None, None, None);
+        Self { rate_hz, iq: false, length, unit, source, row, axes, clock, notes: Vec::new() }
+    }
 }
 
 /// An open recording.
@@ -125,6 +169,10 @@ pub struct Recording {
     iq: bool,
     length: Option<u64>,
     scaling: Scaling,
+    row: Option<u64>,
+    axes: Option<Axes>,
+    clock: Option<Clock>,
+    notes: Vec<String>,
     source: Box<dyn Source>,
     /// Samples read, and the last one of them.
     read: u64,
@@ -170,51 +218,80 @@ impl Recording {
             None => Ok(()),
         };
         possible(options.rate_hz)?;
-        let mut opened = opened(path, input, &options)?;
-        possible(options.rate_hz.or(opened.rate_hz))?;
+        let mut opened = opened(path, input, &options, None)?;
         let usual = opened.unit.usual;
-        let scaling = match (options.scale, again) {
-            (Some(scale), _) => {
-                Scaling { factor: usual.factor * scale, shift: usual.shift * scale }
-            }
-            (None, _) if !opened.unit.by_data => usual,
-            (None, Some(again)) => {
-                let mut gauge = Gauge::default();
+        let (mut gauge, mut timing) = (Gauge::default(), None);
+        let by_data = options.scale.is_none()
+            && (opened.unit.by_data || options.converter.is_some_and(Converter::is_narrow));
+        let begin = match again {
+            // The beginning, at once: most files have no times and need no data.
+            Some(_) if !by_data && !opened.source.is_timed() => Vec::new(),
+            Some(again) => {
                 loop {
                     let mut samples = Vec::with_capacity(CHUNK);
                     opened.source.read(&mut samples, CHUNK)?;
-                    samples
-                        .iter()
-                        .filter(|it| !it.is_missing())
-                        .for_each(|&it| gauge.add(it, opened.iq));
+                    let there = samples.iter().filter(|it| !it.is_missing());
+                    there.for_each(|&it| gauge.add(it, opened.iq));
                     if samples.len() < CHUNK {
                         break;
                     }
                 }
-                opened = self::opened(path, again()?, &options)?;
-                gauge.levels().map_or(usual, |levels| Scaling::from_levels(&levels))
+                timing = timed(path, &mut *opened.source, &options)?;
+                opened = self::opened(path, again()?, &options, timing.as_ref())?;
+                Vec::new()
             }
-            (None, None) => {
+            None => {
                 let mut samples = Vec::new();
                 opened.source.read(&mut samples, BEGINNING)?;
-                let finite: Vec<Sample> =
-                    samples.iter().copied().filter(|it| !it.is_missing()).collect();
-                let levels = Levels::from_samples(&finite, opened.iq);
-                let whole = samples.len() < BEGINNING;
-                let rest = opened.source;
-                opened.source =
-                    Box::new(Chained { first: Held { samples: samples.into_iter() }, rest });
-                let of = if whole { Scaling::from_levels } else { Scaling::of_beginning };
-                levels.as_ref().map_or(usual, of)
+                let there = samples.iter().filter(|it| !it.is_missing());
+                there.for_each(|&it| gauge.add(it, opened.iq));
+                timing = timed(path, &mut *opened.source, &options)?;
+                samples
             }
         };
-        let Opened { rate_hz, iq, length, source, .. } = opened;
+        let whole = again.is_some() || begin.len() < BEGINNING;
+        let levels = gauge.levels();
+        let scaling = match (options.scale, levels) {
+            (Some(scale), _) => {
+                Scaling { factor: usual.factor * scale, shift: usual.shift * scale }
+            }
+            (None, Some(levels)) if by_data => {
+                let of = if whole { Scaling::from_levels } else { Scaling::of_beginning };
+                match options.converter.filter(|converter| converter.is_narrow()) {
+                    Some(converter) => converter.scaling(&levels, of(&levels)),
+                    None => of(&levels),
+                }
+            }
+            _ => usual,
+        };
+        if !begin.is_empty() {
+            let rest = opened.source;
+            let first = Held { samples: begin.into_iter() };
+            opened.source = Box::new(Chained { first, rest });
+        }
+        let Opened { rate_hz, iq, length, source, row, axes, mut clock, mut notes, .. } = opened;
+        let mut rate_hz = rate_hz;
+        if let Some(timing) = timing {
+            clock = timing.clock;
+            rate_hz = clock.map(|clock| clock.rate_hz).or(rate_hz);
+            notes.push(timing.note);
+        }
+        if options.rate_hz.is_some() {
+            clock = None;
+        }
+        let rate_hz = options.rate_hz.or(rate_hz);
+        possible(rate_hz)?;
+        notes.retain(|note| !note.is_empty());
         Ok(Recording {
             path: path.into(),
-            rate_hz: options.rate_hz.or(rate_hz),
+            rate_hz,
             iq,
             length,
             scaling,
+            row,
+            axes,
+            clock,
+            notes,
             source,
             read: 0,
             last: Sample::default(),
@@ -236,6 +313,26 @@ impl Recording {
     /// Whether the file or the user tells the rate.
     pub fn knows_rate(&self) -> bool {
         self.rate_hz.is_some()
+    }
+
+    /// The rate with its sigma, where a column of times tells it.
+    pub fn clock(&self) -> Option<Clock> {
+        self.clock
+    }
+
+    /// Samples of each record, where the recording is a row of records with pauses of unknown length between them, as of chirps.
+    pub fn row(&self) -> Option<u64> {
+        self.row
+    }
+
+    /// What the sides of the array count that it was read from.
+    pub fn axes(&self) -> Option<Axes> {
+        self.axes
+    }
+
+    /// What was assumed, in one line; `None` where nothing was.
+    pub fn assumed(&self) -> Option<String> {
+        (!self.notes.is_empty()).then(|| self.notes.join("; "))
     }
 
     /// True for I/Q samples.
@@ -319,7 +416,15 @@ impl Recording {
 }
 
 /// The numbers of a file. A name that tells its format is believed, unless the first bytes tell another.
-fn opened(path: &Path, input: Input, options: &Options) -> Result<Opened, RecordingError> {
+fn opened(
+    path: &Path,
+    input: Input,
+    options: &Options,
+    timing: Option<&Timing>,
+) -> Result<Opened, RecordingError> {
+    if let Some(cure) = Format::cure(&input.head) {
+        return Err(RecordingError::Other(path.into(), cure));
+    }
     let seen = Format::seen(&input.head);
     let guessed = Format::guess(path);
     let format = match (options.format, seen, guessed) {
@@ -348,6 +453,10 @@ fn opened(path: &Path, input: Input, options: &Options) -> Result<Opened, Record
         if Format::vague(path) && !readings.is_empty() {
             return Err(RecordingError::Unclear(path.into(), readings));
         }
+        let told = options.iq || options.channel.is_some() || options.channels.is_some();
+        if let Some(like) = order::like(&input.head, format).filter(|_| !told) {
+            return Err(RecordingError::Like(path.into(), like));
+        }
     }
     match format {
         Format::Wav => wav::open(path, input, options),
@@ -359,18 +468,62 @@ fn opened(path: &Path, input: Input, options: &Options) -> Result<Opened, Record
         #[cfg(feature = "packed")]
         Format::Mat => mat::open(path, input, options),
         #[cfg(feature = "packed")]
+        Format::Hdf5 => hdf5::open(path, input, options),
+        #[cfg(feature = "packed")]
         Format::Sigmf => sigmf::open(path, input, options),
         #[cfg(not(feature = "packed"))]
-        Format::Flac | Format::Npz | Format::Mat | Format::Sigmf => {
+        Format::Flac | Format::Npz | Format::Mat | Format::Hdf5 | Format::Sigmf => {
             Err(RecordingError::Packed(path.into()))
         }
-        Format::Csv => columns::open(path, input, options),
-        Format::Json => Err(RecordingError::Line(
-            path.into(),
-            1,
-            "JSON lines are records of their own, not one recording".into(),
-        )),
+        Format::Csv => columns::open(path, input, options, timing),
+        #[cfg(feature = "json")]
+        Format::Json => objects::open(path, input, options),
+        #[cfg(not(feature = "json"))]
+        Format::Json => Err(RecordingError::Packed(path.into())),
         _ => raw::open(path, input, format, options),
+    }
+}
+
+/// How the rows lie in time that were read.
+fn timed(
+    path: &Path,
+    source: &mut dyn Source,
+    options: &Options,
+) -> Result<Option<Timing>, RecordingError> {
+    let Some((times, named)) = source.times() else { return Ok(None) };
+    if options.rate_hz.is_some() {
+        // Samples are as even as the user says.
+        return Ok(None);
+    }
+    match times::timing(&times, &named, options.part) {
+        Ok(timing) => Ok(Some(timing)),
+        Err(Untimely::Other) => Ok(None),
+        Err(Untimely::Said(what)) => {
+            let what = format!(
+                "its time, column {}, {what}: add --rate HZ to do without it",
+                named.column
+            );
+            Err(RecordingError::Columns(path.into(), what))
+        }
+    }
+}
+
+impl Converter {
+    /// Whether its codes are others than signed ones of 16 bits.
+    fn is_narrow(self) -> bool {
+        self.unsigned || self.bits < 16
+    }
+
+    /// How numbers of these levels become its codes: whole ones are codes, others are spread over them as `spread` does over 16 bits.
+    fn scaling(self, levels: &Levels, spread: Scaling) -> Scaling {
+        let middle =
+            if self.unsigned && self.bits < 16 { (f64::from(self.bits) - 1.0).exp2() } else { 0.0 };
+        if levels.whole {
+            let shift = if self.unsigned && self.bits >= 16 { -32768.0 } else { 0.0 };
+            return Scaling { factor: 1.0, shift };
+        }
+        let share = (f64::from(self.bits) - 16.0).exp2();
+        Scaling { factor: share * spread.factor, shift: share * spread.shift + middle }
     }
 }
 

@@ -1,6 +1,6 @@
 //! MATLAB's files of level 5 (`save -v6`, `-v7`), and Octave's by the same names.
 
-use super::arrays::{self, Array, Channels};
+use super::arrays::{self, Array};
 use super::input::Input;
 use super::{Opened, Options, RecordingError};
 use matfile::{MatFile, NumericData};
@@ -25,15 +25,14 @@ pub(super) fn open(path: &Path, input: Input, options: &Options) -> Result<Opene
 
 fn array(array: &matfile::Array) -> Option<Array> {
     let sides: Vec<u64> = array.size().iter().map(|&side| side as u64).collect();
-    // The first index runs fastest.
-    let channels = Channels::of(&sides, false)?;
     let (re, im) = numbers(array.data());
     let complex = im.is_some();
     let numbers = match im {
         Some(im) => re.into_iter().zip(im).flat_map(|(re, im)| [re, im]).collect(),
         None => re,
     };
-    Array::packed(array.name(), numbers, complex, channels)
+    // The first index runs fastest.
+    Array::new(array.name(), numbers, complex, sides, false)
 }
 
 /// Real and imaginary parts.

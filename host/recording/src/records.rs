@@ -45,6 +45,18 @@ impl Records {
         Ok(Self::of(path, Input::open(path)?, options))
     }
 
+    /// Whether a file of JSON holds records, and not lists of samples of one recording. Of stdin nobody knows before it is read.
+    pub fn are_in(path: &Path) -> bool {
+        if path == Path::new("-") {
+            return true;
+        }
+        let of_record = |head: &[u8]| {
+            let text = super::text::decoded(head);
+            text.contains("\"re\"") || text.contains("\"kind\"") || !text.contains('[')
+        };
+        Input::open(path).map_or(true, |input| of_record(&input.head))
+    }
+
     /// The records in these bytes of a file of this name, for whom has no file system.
     pub fn from_bytes(
         name: &Path,

@@ -115,21 +115,16 @@ fn described(
     }
     let skipped = std::io::copy(&mut data.by_ref().take(header), &mut std::io::sink());
     skipped.map_err(|error| RecordingError::Io(path.into(), error))?;
-    Ok(Opened {
-        rate_hz,
-        iq: picked.1.is_some(),
-        length,
-        unit,
-        source: Box::new(Packed {
-            path: path.into(),
-            reader: data,
-            number,
-            channels: channels * parts,
-            picked,
-            left: length.unwrap_or(u64::MAX),
-            buffer: Vec::new(),
-        }),
-    })
+    let source = Box::new(Packed {
+        path: path.into(),
+        reader: data,
+        number,
+        channels: channels * parts,
+        picked,
+        left: length.unwrap_or(u64::MAX),
+        buffer: Vec::new(),
+    });
+    Ok(Opened { rate_hz, iq: picked.1.is_some(), length, ..Opened::new(unit, source) })
 }
 
 /// The first recording of an archive, as `sigmf` of Python writes it.

@@ -1,6 +1,7 @@
 //! Where samples come from: packed numbers, or columns in memory.
 
 use super::number::Number;
+use super::unit::Named;
 use super::{RecordingError, Sample};
 use std::io::{ErrorKind, Read};
 use std::path::PathBuf;
@@ -9,6 +10,16 @@ use std::path::PathBuf;
 pub(super) trait Source: Send {
     /// Appends at most `count` samples in the file's units, NaN where one is missing. Fewer only at the end.
     fn read(&mut self, into: &mut Vec<Sample>, count: usize) -> Result<(), RecordingError>;
+
+    /// Whether there is a column of times.
+    fn is_timed(&self) -> bool {
+        false
+    }
+
+    /// The times of the rows that were read, and what is known of their column, where there is one.
+    fn times(&mut self) -> Option<(Vec<f64>, Named)> {
+        None
+    }
 }
 
 /// Samples of a reader that packs its numbers without anything between them.

@@ -1,6 +1,9 @@
 //! The shape of a file of columns, seen from its first lines: what stands between columns, where the numbers begin, which column
 //! is the time and how fast it runs. Oscilloscopes' files (Tektronix, Rigol, Siglent, Keysight) begin with lines of their own.
 
+use super::times;
+use super::unit::{self, Named};
+
 /// What stands between columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Between {
@@ -20,8 +23,8 @@ pub(super) struct Shape {
     pub columns: Vec<usize>,
     /// Fields of the first line of numbers.
     pub width: usize,
-    /// The column of the time, and the seconds from line to line, where they can be told.
-    pub time: Option<(usize, Option<f64>)>,
+    /// The column of the time, and what is known of it.
+    pub time: Option<(usize, Named)>,
     /// The line over the numbers.
     pub names: Vec<String>,
     /// The samples per second that a line above the numbers states.
@@ -56,12 +59,56 @@ pub(super) fn skipped(line: &str) -> bool {
     line.is_empty() || line.starts_with(['#', '%'])
 }
 
-/// A field as a number.
+/// A field as a number: decimal or hexadecimal, behind a name as in A0:512, or a time of the day or since 1970.
 pub(super) fn number(field: &str, decimal_comma: bool) -> Option<f64> {
-    if decimal_comma && field.contains(',') {
-        return field.replacen(',', ".", 1).parse().ok();
+    let plain = |field: &str| match decimal_comma && field.contains(',') {
+        true => field.replacen(',', ".", 1).parse().ok(),
+        false => field.parse().ok(),
+    };
+    plain(field).or_else(|| {
+        if let Some(digits) = field.strip_prefix("0x").or_else(|| field.strip_prefix("0X")) {
+            return u64::from_str_radix(digits, 16).ok().map(|x| x as f64);
+        }
+        if field.starts_with(|c: char| c.is_ascii_digit()) && field.contains(':') {
+            return moment(field);
+        }
+        let (name, value) = field.split_once([':', '='])?;
+        let (name, value) = (name.trim(), value.trim());
+        let labels = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '[');
+        (labels && name.len() <= 24).then(|| plain(value))?
+    })
+}
+
+/// Seconds of a time of the day, 12:34:56.789, or of a date and a time, 2026-11-28T12:34:56.789.
+fn moment(field: &str) -> Option<f64> {
+    let (date, time) = match field.split_once(['T', ' ']) {
+        Some((date, time)) => (Some(date), time.trim_end_matches('Z')),
+        None => (None, field),
+    };
+    let mut parts = time.splitn(3, ':');
+    let two = |part: Option<&str>| part?.parse::<u32>().ok().filter(|&x| x < 60);
+    let (hours, minutes) = (two(parts.next())?, two(parts.next())?);
+    let seconds: f64 = parts.next()?.replace(',', ".").parse().ok()?;
+    let day = match date {
+        None => 0,
+        Some(date) => {
+            let mut parts = date.splitn(3, ['-', '/']).map(|part| part.parse::<i64>().ok());
+            let (year, month, day) = (parts.next()??, parts.next()??, parts.next()??);
+            days(year, month, day)?
+        }
+    };
+    Some(86_400.0 * day as f64 + 3600.0 * f64::from(hours) + 60.0 * f64::from(minutes) + seconds)
+}
+
+/// Days since 1970 in the Gregorian calendar (Hinnant, "chrono-compatible low-level date algorithms").
+fn days(year: i64, month: i64, day: i64) -> Option<i64> {
+    if !((1900..3000).contains(&year) && (1..=12).contains(&month) && (1..=31).contains(&day)) {
+        return None;
     }
-    field.parse().ok()
+    let year = if month <= 2 { year - 1 } else { year };
+    let (era, of_era) = (year.div_euclid(400), year.rem_euclid(400));
+    let of_year = (153 * (month + if month > 2 { -3 } else { 9 }) + 2) / 5 + day - 1;
+    Some(era * 146_097 + of_era * 365 + of_era / 4 - of_era / 100 + of_year - 719_468)
 }
 
 /// The shape of a file that begins with these lines.
@@ -110,9 +157,15 @@ pub(super) fn shape(lines: &[&str], decimal_comma: bool, chosen: bool) -> Result
     }
     let head: Vec<&[&str]> = rows[..start].iter().map(|(.., fields)| fields.as_slice()).collect();
     let all: Vec<&Vec<&str>> = rows[start..].iter().map(|(.., fields)| fields).collect();
-    let time = time(&columns, &all, &head, decimal_comma);
     let width = rows[start].2.len();
     let rate_hz = lines[..rows[start].0].iter().find_map(|line| stated_rate(line));
+    let time = time(&columns, &all, &head, decimal_comma).map(|column| {
+        let names = head.iter().rev().take(3).filter_map(|fields| fields.get(column));
+        let names = names.filter(|name| number(name, decimal_comma).is_none());
+        let names = names.map(|&name| name.to_owned()).collect();
+        let number = (column + 1).to_string();
+        (column, Named { column: number, names, step: stated(&head), rate_hz })
+    });
     Ok(Shape { between, decimal_comma, start: rows[start].0, columns, width, time, names, rate_hz })
 }
 
@@ -193,74 +246,45 @@ pub(super) fn says_nothing(field: &str) -> bool {
     words.contains(&field.as_str())
 }
 
-/// The step of times that rise evenly, in their own unit.
-pub(super) fn evenly(times: &[f64]) -> Option<f64> {
-    let (&first, &last) = (times.first()?, times.last()?);
-    let step = (last - first) / (times.len() as f64 - 1.0);
-    let off = |(at, &time): (usize, &f64)| (time - first - at as f64 * step).abs();
-    let furthest = times.iter().enumerate().map(off).fold(0.0, f64::max);
-    // As far off as its last digit, where a file does not print enough of them.
-    let even = times.len() >= 4 && step > 0.0 && furthest <= 2.0 * step;
-    even.then(|| rounded(step, furthest / (times.len() as f64 - 1.0) / step))
-}
+/// Rows from which on a column that rises in each is the time, however unevenly.
+const RISES: usize = 64;
 
-/// The column of the time and the seconds from line to line: a first column that rises evenly beside another.
+/// The column of the time: by its name, else a first column that rises evenly, or long enough, or such a last one.
 fn time(
     columns: &[usize],
     data: &[&Vec<&str>],
     head: &[&[&str]],
     decimal_comma: bool,
-) -> Option<(usize, Option<f64>)> {
-    let &[column, _, ..] = columns else { return None };
+) -> Option<usize> {
+    let (&[first, _, ..], &[.., last]) = (columns, columns) else { return None };
+    let names = |column: usize| -> Vec<String> {
+        let names = head.iter().rev().take(3).filter_map(|fields| fields.get(column));
+        names.map(|&name| name.to_owned()).collect()
+    };
     // A line without a number takes its time, too.
-    let times: Vec<(f64, f64)> = (0..)
-        .zip(data)
-        .filter_map(|(at, fields)| {
-            Some((f64::from(at), number(fields.get(column)?, decimal_comma)?))
-        })
-        .collect();
-    let (&(_, first), &(steps, last)) = (times.first()?, times.last()?);
-    let step = (last - first) / steps;
-    let off = |&(at, time): &(f64, f64)| (time - first - at * step).abs();
-    let furthest = times.iter().map(off).fold(0.0, f64::max);
-    // As far off as its last digit, where a file does not print enough of them.
-    if times.len() < 4 || step.is_nan() || step <= 0.0 || furthest > 2.0 * step {
-        return None;
-    }
-    if times.windows(2).any(|pair| pair[1].1 < pair[0].1) {
-        return None;
-    }
-    let stated = stated(head);
-    if let Some(stated) = stated.filter(|stated| ((stated - step) / step).abs() < 0.01) {
-        return Some((column, Some(stated)));
-    }
-    let names = || head.iter().rev().take(2).filter_map(|fields| fields.get(column));
-    let timely = names().any(|name| {
-        let name = name.to_ascii_lowercase();
-        ["time", "second", "x-axis", "t"].iter().any(|word| name.starts_with(word))
-            || names().any(|name| unit(name).is_some())
+    let times = |column: usize| -> Vec<f64> {
+        let time =
+            |fields: &&Vec<&str>| fields.get(column).and_then(|it| number(it, decimal_comma));
+        data.iter().map(|fields| time(fields).unwrap_or(f64::NAN)).collect()
+    };
+    let named = |column: &usize| Named { names: names(*column), ..Named::default() };
+    let said = columns.iter().find(|column| named(column).timely());
+    let rises = |column: usize| {
+        let times: Vec<f64> = times(column).into_iter().filter(|time| time.is_finite()).collect();
+        times::is_even(&times)
+            || times.len() >= RISES
+                && times.windows(2).all(|pair| pair[1] >= pair[0])
+                && times.first() < times.last()
+                && times.windows(2).filter(|pair| pair[1] > pair[0]).count() * 64 > times.len()
+    };
+    let told = said.copied().filter(|&column| {
+        // A letter may be anything's name.
+        names(column).iter().any(|name| name.trim().len() > 2) || rises(column)
     });
-    if step == 1.0 && first.fract() == 0.0 && !timely {
-        // Lines are numbered: only the header knows how long one lasts.
-        return Some((column, stated));
-    }
-    let unit = names().find_map(|name| unit(name)).unwrap_or(1.0);
-    Some((column, Some(rounded(step, furthest / (steps * step)) * unit)))
-}
-
-/// A step with as few digits as lie within its uncertainty, relative.
-fn rounded(step: f64, uncertainty: f64) -> f64 {
-    let near = |digits: usize| format!("{step:.digits$e}").parse::<f64>().unwrap_or(step);
-    let tolerance = uncertainty.max(1e-9);
-    (0..12).map(near).find(|short| ((short - step) / step).abs() <= tolerance).unwrap_or(step)
-}
-
-/// Seconds of a unit in a column's name: "(ms)", "Time [us]", "ns".
-fn unit(name: &str) -> Option<f64> {
-    let units =
-        [("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6), ("ns", 1e-9), ("s", 1.0), ("second", 1.0)];
-    let last = name.rsplit(['(', '[', ' ', '/', '_']).next()?.trim_end_matches([')', ']']);
-    units.iter().find(|(unit, _)| last.eq_ignore_ascii_case(unit)).map(|(_, seconds)| *seconds)
+    let unnamed = |column: &usize| {
+        names(*column).iter().all(|name| !unit::has_letters(name)) || *column == first
+    };
+    told.or_else(|| [first, last].into_iter().find(|column| unnamed(column) && rises(*column)))
 }
 
 /// The seconds from sample to sample that a header states, beside their name or below it.
@@ -283,6 +307,14 @@ fn stated(head: &[&[&str]]) -> Option<f64> {
 mod tests {
     use super::*;
 
+    /// The column of the time, and its rate.
+    fn timed(shape: &Shape, time: impl Fn(f64) -> f64) -> (usize, Option<f64>) {
+        let (column, named) = shape.time.as_ref().unwrap();
+        let times: Vec<f64> = (0..40).map(|n| time(f64::from(n))).collect();
+        let timing = times::timing(&times, named, None).unwrap();
+        (*column, timing.clock.map(|clock| clock.rate_hz))
+    }
+
     /// A file that begins with `head` and goes on with these lines.
     fn of(head: &str, line: impl Fn(f64) -> String) -> Result<Shape, Unclear> {
         let lines: Vec<String> =
@@ -297,27 +329,27 @@ mod tests {
         let shape =
             of(tektronix, |n| format!(",,,{:.4e},{:.4},", -4.992e-4 + 4e-7 * n, volts(n))).unwrap();
         assert_eq!(shape.columns, [3, 4]);
-        let (column, step) = shape.time.unwrap();
-        assert!(column == 3 && (step.unwrap() - 4e-7).abs() < 1e-16, "{step:?}");
+        let (column, rate) = timed(&shape, |n| -4.992e-4 + 4e-7 * n);
+        assert!(column == 3 && (rate.unwrap() - 2.5e6).abs() < 1e-3, "{rate:?}");
         let newer = "Model,DPO4034B\nHorizontal Scale,4e-06\nHorizontal Delay,0\nSample Interval,4e-10\nRecord Length,100000\n\nLabel,,\nTIME,CH1,CH2\n";
         let shape =
             of(newer, |n| format!("{:.5e},{:.3},{:.3}", 4e-10 * n, volts(n), volts(n))).unwrap();
-        assert_eq!((shape.columns, shape.time), (vec![0, 1, 2], Some((0, Some(4e-10)))));
+        assert_eq!(timed(&shape, |n| 4e-10 * n), (0, Some(2.5e9)));
+        assert_eq!(shape.columns, [0, 1, 2]);
         assert_eq!(shape.start, 8);
         let rigol = "X,CH1,Start,Increment,\nSequence,Volt,-3.000000e-03,5.000000e-06,\n";
         let shape = of(rigol, |n| format!("{n},{:.3},,", volts(n))).unwrap();
-        assert_eq!((shape.start, shape.time), (2, Some((0, Some(5e-6)))));
+        assert_eq!((shape.start, timed(&shape, |n| n)), (2, (0, Some(2e5))));
         let siglent = "Record Length,Analog:10000\nSample Interval,Analog:2.00E-08\nVertical Units,CH1:V\nSource,CH1\nSecond,Volt\n";
         let shape = of(siglent, |n| format!("{:.10},{:.5}", 2e-8 * n, volts(n))).unwrap();
-        assert_eq!((shape.start, shape.time), (5, Some((0, Some(2e-8)))));
+        assert_eq!((shape.start, timed(&shape, |n| 2e-8 * n)), (5, (0, Some(5e7))));
         let keysight = "x-axis,1\nsecond,Volt\n";
         let shape =
             of(keysight, |n| format!("{:+.8E},{:+.5E}", 1e-6 * n - 1e-3, volts(n))).unwrap();
-        let (_, step) = shape.time.unwrap();
-        assert!((step.unwrap() / 1e-6 - 1.0).abs() < 1e-6, "{step:?}");
+        assert_eq!(timed(&shape, |n| 1e-6 * n - 1e-3), (0, Some(1e6)));
         let pico = "Time,Channel A\n(ms),(mV)\n\n";
         let shape = of(pico, |n| format!("{:.5},{:.5}", 0.01 * n, volts(n))).unwrap();
-        assert_eq!(shape.time, Some((0, Some(1e-5))));
+        assert_eq!(timed(&shape, |n| 0.01 * n), (0, Some(1e5)));
     }
 
     #[test]
@@ -326,7 +358,8 @@ mod tests {
             format!("{:.4};{:.4}", 0.001 * n, 1.5 * n % 7.0).replace('.', ",")
         })
         .unwrap();
-        assert!(german.decimal_comma && german.time == Some((0, Some(0.001))));
+        assert!(german.decimal_comma);
+        assert_eq!(timed(&german, |n| 0.001 * n), (0, Some(1e3)));
         let either = of("", |n| format!("{},{:03}", n % 5.0, 7.0 * n % 1000.0));
         assert_eq!(either.unwrap_err(), Unclear::Comma("0,000".into()));
         let iq = of("", |n| format!("{},{}", n % 5.0, 3.0 - n % 7.0)).unwrap();

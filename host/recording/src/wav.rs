@@ -122,20 +122,20 @@ pub(super) fn open(path: &Path, input: Input, options: &Options) -> Result<Opene
         Kind::F32 | Kind::F64 => Unit::SHARE,
         _ => Unit::bits(bits),
     };
+    let source = Box::new(Packed {
+        path: path.into(),
+        reader: input.from(path, start)?,
+        number,
+        channels,
+        picked,
+        left: frames.unwrap_or(u64::MAX),
+        buffer: Vec::new(),
+    });
     Ok(Opened {
         rate_hz: Some(rate_hz),
         iq: picked.1.is_some(),
         length: frames,
-        unit,
-        source: Box::new(Packed {
-            path: path.into(),
-            reader: input.from(path, start)?,
-            number,
-            channels,
-            picked,
-            left: frames.unwrap_or(u64::MAX),
-            buffer: Vec::new(),
-        }),
+        ..Opened::new(unit, source)
     })
 }
 

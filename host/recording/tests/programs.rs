@@ -1,4 +1,4 @@
-//! Recordings that other programs wrote: NumPy, SciPy, libsndfile, the SigMF library; and what a person types for them.
+//! Recordings that other programs wrote: NumPy, SciPy, libsndfile, h5py, the SigMF library; and what a person types for them.
 //! `tests/data/write.py` writes them.
 
 use picket_recording::{Format, Options, Recording, Sample};
@@ -66,6 +66,19 @@ fn files_that_tell_everything() {
     for name in ["complex.mat", "pairs.sigmf-meta", "pairs.sigmf-data", "archive.sigmf"] {
         holds(name, true, true, plain);
     }
+}
+
+/// h5py's files of either age, chunked and packed, with a rate among the attributes or a column of times.
+#[test]
+fn hdf5() {
+    let plain = Options::default();
+    holds("real.h5", false, true, plain);
+    holds("times.h5", false, true, plain);
+    holds("complex.h5", true, true, plain);
+    holds("chirps.h5", true, false, plain);
+    assert_eq!(open("chirps.h5", plain).unwrap().row(), Some(64));
+    let whole = open("latest.h5", plain).unwrap().samples().map(Result::unwrap);
+    assert!((share(&whole.collect::<Vec<_>>(), false) - 1.0).abs() < 0.002);
 }
 
 #[test]

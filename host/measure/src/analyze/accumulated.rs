@@ -97,7 +97,7 @@ fn blocks<R: Kind, const N: usize>(
         tally.add(unfit);
         let values: Vec<Complex<f64>> = samples.iter().map(|sample| sample.value).collect();
         // A block with a missing sample is left out, too; the others still add up.
-        if unfit.is_some() || pieces.missing() > 0 {
+        if unfit.is_some() || pieces.gap() {
             continue;
         }
         let measurement = pipeline.block(&stamp, &record::<R, N>(&values));

@@ -98,7 +98,7 @@ fn stream<R: Kind, const N: usize>(
         let codes: Vec<R::Sample> = samples.iter().map(|s| R::from_parts(s.code())).collect();
         tally.add(unfit);
         progress(PIECE as u64);
-        if unfit == Some(Unfit::Beyond) || pieces.missing() > 0 {
+        if unfit == Some(Unfit::Beyond) || pieces.gap() {
             processor.lost(PIECE as u64);
             continue;
         }

@@ -11,7 +11,7 @@ use super::{self as analyze, Analysis, Style};
 use crate::arithmetic::Arithmetic;
 use crate::follow::{self, Pursuit, Sighting};
 use crate::output::Output;
-use crate::recording::{self, Format};
+use crate::recording;
 use crate::survey::Survey;
 use crate::{cli, estimator, progress, spectrogram};
 use clap::Args;
@@ -157,8 +157,7 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
         unresolved += u64::from(answer.verdict == Verdict::Unresolved.name());
         // Only now is it sure that there is something to print.
         if std::mem::take(&mut first) {
-            let knows_rate = answer.cycles_per_sample.is_none();
-            analyze::print_heading(style, options.carrier_hz.is_some(), knows_rate);
+            analyze::print_heading(style, options.carrier_hz.is_some(), &answer);
         }
         bar.suspend(|| analyze::print(&answer, style));
     };
@@ -190,8 +189,7 @@ impl Options {
 
     /// True where nothing says how to measure: a first look is wanted.
     fn looks(&self) -> bool {
-        let json =
-            self.input.format.or_else(|| Format::guess(&self.input.file)) == Some(Format::Json);
+        let json = analyze::is_json(&self.input.file, self.input.format);
         let blocks = self.input.n.is_some() || self.input.hop.is_some() || self.input.skip > 0;
         let how = self.input.band.is_some() || self.method.is_some() || self.carrier_hz.is_some();
         let codes = self.input.bits != 16 || self.input.unsigned || self.input.k != 16;
@@ -244,7 +242,7 @@ fn several(options: &Options, cut: Cut, style: Style, sought: Sought) -> Result<
         heading();
         eprintln!("no tone in {} blocks", tally.blocks);
     }
-    tally.tell(file.display(), cut.codes);
+    tally.tell(cli::name(file), cut.codes);
     Ok(ended(tally.left_out()))
 }
 
@@ -267,7 +265,7 @@ fn burst(options: &Options, cut: Cut, style: Style) -> Result<ExitCode, String> 
         bursts::print_heading(style, carrier.is_some());
     }
     bursts::print_summary(&summary, style);
-    tally.tell(file.display(), cut.codes);
+    tally.tell(cli::name(file), cut.codes);
     Ok(ended(tally.left_out()))
 }
 
@@ -288,7 +286,7 @@ fn accumulate(options: &Options, cut: Cut, style: Style, blocks: u32) -> Result<
     let done = accumulated::run(file, &sum, &mut sink, &mut |samples| bar.inc(samples));
     bar.finish_and_clear();
     let (left, tally) = done?;
-    tally.tell(file.display(), cut.codes);
+    tally.tell(cli::name(file), cut.codes);
     if none {
         return Err(format!("the recording has {left} blocks, fewer than --accumulate {blocks}"));
     }

@@ -2,7 +2,7 @@
 
 use super::Analysis;
 use crate::arithmetic::Arithmetic;
-use crate::recording::{self, Format};
+use crate::recording::{self, Axes, Converter, Format};
 use crate::{band, cli, estimator};
 use clap::{Args, ValueEnum};
 use picket_dsp::acquire::codes::Codes;
@@ -35,6 +35,15 @@ pub struct Input {
     /// Commas in a csv file are decimal, not between columns
     #[arg(long)]
     pub decimal_comma: bool,
+    /// Channels of headerless numbers, in turn; --channel chooses
+    #[arg(long, value_name = "COUNT", value_parser = cli::count::<256>)]
+    pub channels: Option<usize>,
+    /// What each side of an array counts: frame, chirp, rx, sample, iq, as in chirp,rx,sample; of several receivers --channel chooses
+    #[arg(long, value_name = "SIDES")]
+    pub axes: Option<Axes>,
+    /// The part that is read of a table whose rate changes, from 1 [default: the longest]
+    #[arg(long, value_name = "PART", value_parser = cli::count::<64>)]
+    pub part: Option<usize>,
     /// Samples to leave out at the start
     #[arg(long, default_value_t = 0)]
     pub skip: u64,
@@ -60,10 +69,10 @@ pub struct Input {
     /// Bandwidth of the echo's envelope, Hz, full width at half maximum, as of speckle: sigma covers it (docs/signals.md)
     #[arg(long, value_name = "HZ", default_value_t = 0.0, value_parser = width)]
     pub envelope: f32,
-    /// Width of the codes, 12 or 16: where they clip, and how far the integer FFT shifts them up
+    /// Width of the converter's codes, 8, 10, 12, 14 or 16, in files of any format: where they clip. Whole numbers are codes
     #[arg(long, default_value_t = 16)]
     pub bits: u32,
-    /// Codes count from 0, as a microcontroller's converter gives them (12 bits)
+    /// Codes count from 0, as a microcontroller's converter gives them
     #[arg(long)]
     pub unsigned: bool,
     /// Factor to the usual codes of the format [default: 1 for integers of 16 bits; others use all 16 bits]
@@ -116,18 +125,19 @@ impl Input {
             scale: self.scale,
             channel: self.channel,
             decimal_comma: self.decimal_comma,
+            channels: self.channels,
+            axes: self.axes,
+            part: self.part,
+            converter: Some(Converter { bits: self.bits, unsigned: self.unsigned }),
         })
     }
 
     /// The codes of the samples.
     pub fn codes(&self) -> Result<Codes, String> {
-        match self.bits {
-            12 if self.unsigned => Ok(Codes::unsigned::<12>()),
-            12 => Ok(Codes::signed::<12>()),
-            16 if !self.unsigned => Ok(Codes::signed::<16>()),
-            16 => Err("--unsigned codes have 12 bits: add --bits 12".into()),
-            bits => Err(format!("--bits {bits}: choose 12 or 16")),
-        }
+        // Unsigned codes of 16 bits are read as signed ones.
+        let signed = !self.unsigned || self.bits == 16;
+        let codes = Codes::from_bits(signed, self.bits).filter(|_| self.bits % 2 == 0);
+        codes.ok_or_else(|| format!("--bits {}: choose 8, 10, 12, 14 or 16", self.bits))
     }
 
     /// The reach of least squares.
@@ -170,6 +180,15 @@ impl Input {
             Some((first, Some(second))) => words += &format!(" --channel {first},{second}"),
             Some((first, None)) => words += &format!(" --channel {first}"),
             None => {}
+        }
+        if let Some(channels) = self.channels {
+            words += &format!(" --channels {channels}");
+        }
+        if let Some(axes) = self.axes {
+            words += &format!(" --axes {axes}");
+        }
+        if let Some(part) = self.part {
+            words += &format!(" --part {part}");
         }
         let flags = [(self.iq, " --iq"), (self.decimal_comma, " --decimal-comma")];
         flags.into_iter().filter(|(given, _)| *given).for_each(|(_, flag)| words += flag);

@@ -16,8 +16,9 @@ use crate::arithmetic::{Arithmetic, Engine, Estimate, Explained, engine};
 use crate::band;
 use crate::cli::{self, print_line};
 use crate::estimator::Estimator;
-use crate::recording::{self, Blocks, Format, Recording, Records, Sample};
+use crate::recording::{self, Blocks, Clock, Format, Recording, Records, Sample};
 use crate::{length, with_kind};
+use picket_dsp::Usable;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::carrier::Carrier as Width;
 use picket_dsp::config::Config;
@@ -121,6 +122,9 @@ pub struct Answer {
     /// One standard deviation of it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sigma_cycles_per_sample: Option<f64>,
+    /// One standard deviation of it with the sample rate's own, where that is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub uncertainty_hz: Option<f64>,
     /// One standard deviation in bins.
     pub sigma_bins: Option<f64>,
     /// Signal-to-noise ratio per sample.
@@ -146,6 +150,12 @@ pub struct Analyst<'a> {
     analysis: &'a Analysis,
     stations: BTreeMap<(bool, usize), Station>,
     rate_hz: Option<f64>,
+    /// How the samples lie in time.
+    clock: Option<Clock>,
+    /// Blocks whose samples lie too unevenly in time for their sigma.
+    uneven: u64,
+    /// What was assumed of the file, until it is said.
+    assumed: Option<String>,
     /// Blocks answered.
     blocks: u64,
     /// Records that were left out.
@@ -187,7 +197,7 @@ pub fn explain(file: &Path, analysis: &Analysis, block: u64) -> Result<Explanati
     match analyst.task {
         Task::Explain { explanation: Some(explanation), .. } => Ok(*explanation),
         _ => {
-            let file = file.display();
+            let file = cli::name(file);
             let blocks = match blocks {
                 0 => return Err(format!("{file} has no block: give a smaller --n")),
                 1 => "1 block: give --block 0".to_owned(),
@@ -196,6 +206,11 @@ pub fn explain(file: &Path, analysis: &Analysis, block: u64) -> Result<Explanati
             Err(format!("--block {block}: {file} has {blocks}"))
         }
     }
+}
+
+/// Whether a file holds records of JSON, each by itself.
+pub(crate) fn is_json(file: &Path, format: Option<Format>) -> bool {
+    format.or_else(|| Format::guess(file)) == Some(Format::Json) && Records::are_in(file)
 }
 
 /// What an analysis covered.
@@ -227,7 +242,7 @@ pub fn run(
     let mut analyst = Analyst::new(analysis, Task::Measure(Box::new(sink)));
     analyst.run(file, progress)?;
     let Analyst { blocks, skipped, tally, .. } = analyst;
-    tally.tell(file.display(), analysis.codes);
+    tally.tell(cli::name(file), analysis.codes);
     Ok(Summary { summary: true, blocks, skipped, left_out: tally.left_out() })
 }
 
@@ -235,15 +250,32 @@ impl<'a> Analyst<'a> {
     fn new(analysis: &'a Analysis, task: Task<'a>) -> Self {
         let (stations, rate_hz) = (BTreeMap::new(), analysis.read.rate_hz);
         let (tally, held) = (Tally::default(), Vec::new());
-        Analyst { analysis, stations, rate_hz, blocks: 0, skipped: 0, tally, held, task }
+        let (clock, assumed) = (None, None);
+        Analyst {
+            analysis,
+            stations,
+            rate_hz,
+            clock,
+            uneven: 0,
+            assumed,
+            blocks: 0,
+            skipped: 0,
+            tally,
+            held,
+            task,
+        }
     }
 
     fn run(&mut self, file: &Path, progress: impl FnMut(u64)) -> Result<(), String> {
-        let format = self.analysis.read.format.or_else(|| Format::guess(file));
-        if format == Some(Format::Json) {
+        if is_json(file, self.analysis.read.format) {
             self.records(file, progress)?;
         } else {
             self.stream(file, progress)?;
+        }
+        if self.blocks > 0 && self.uneven == self.blocks {
+            let n = self.analysis.n.unwrap_or(BLOCK);
+            let why = self.clock.map_or(String::new(), |clock| cut::uneven(&clock, n));
+            return Err(format!("{}: {why}", cli::name(file)));
         }
         self.tally.check(self.analysis.codes)
     }
@@ -252,8 +284,17 @@ impl<'a> Analyst<'a> {
     fn give(&mut self, place: &Place, (named, unfit): Measured) {
         let Task::Measure(sink) = &mut self.task else { return };
         self.tally.add(unfit);
-        self.held.extend(named.into_iter().map(|(method, it)| place.answer(method, it)));
-        if self.tally.left_out() < self.tally.blocks || self.held.len() > HELD {
+        let mut uneven = false;
+        for (method, estimate) in named {
+            let answer = place.answer(method, estimate);
+            uneven |= answer.verdict == Verdict::Gap.name() && place.is_uneven(&estimate);
+            self.held.push(answer);
+        }
+        self.uneven += u64::from(uneven);
+        if self.tally.left_out() + self.uneven < self.tally.blocks || self.held.len() > HELD {
+            if let Some(assumed) = self.assumed.take() {
+                eprintln!("{assumed}");
+            }
             self.held.drain(..).for_each(sink);
         }
     }
@@ -265,9 +306,15 @@ impl<'a> Analyst<'a> {
 
     fn stream(&mut self, file: &Path, mut progress: impl FnMut(u64)) -> Result<(), String> {
         let recording = Recording::open(file, self.analysis.read).map_err(text)?;
-        let n = self.analysis.n.unwrap_or(BLOCK);
-        let hop = self.analysis.hop.unwrap_or(n);
+        // Records of their own are measured one by one.
+        let row = recording.row().and_then(|row| usize::try_from(row).ok());
+        let whole = row.and_then(|row| length::LENGTHS.into_iter().rev().find(|&n| n <= row));
+        let n = self.analysis.n.or(whole).unwrap_or(BLOCK);
+        let hop = self.analysis.hop.or(row.filter(|&row| row >= n)).unwrap_or(n);
         let iq = recording.iq();
+        self.clock = recording.clock();
+        let told = |assumed: String| format!("{}: {assumed}", cli::name(file));
+        self.assumed = recording.assumed().map(told);
         self.rate_hz = recording.knows_rate().then(|| recording.rate_hz());
         self.station(iq, n)?;
         let mut blocks = recording.blocks(n, hop, self.analysis.skip);
@@ -277,7 +324,7 @@ impl<'a> Analyst<'a> {
         }
         while let Some((start, samples)) = blocks.next_block().map_err(text)? {
             let samples = samples.to_vec();
-            let gap = blocks.missing() > 0;
+            let gap = blocks.gap();
             self.block(None, (iq, gap), self.blocks, start, &samples)?;
             self.blocks += 1;
             progress(hop as u64);
@@ -325,8 +372,8 @@ impl<'a> Analyst<'a> {
                 },
             );
             for (&(start, _), found) in ready.starts.iter().zip(measured.into_iter().flatten()) {
-                let (block, carrier) = (self.blocks, analysis.carrier);
-                let place = Place { id: None, block, start, n, iq, rate_hz, carrier };
+                let (block, carrier, clock) = (self.blocks, analysis.carrier, self.clock);
+                let place = Place { id: None, block, start, n, iq, rate_hz, clock, carrier };
                 self.give(&place, found);
                 self.blocks += 1;
                 progress(hop as u64);
@@ -360,7 +407,7 @@ impl<'a> Analyst<'a> {
                 Err(error) => return Err(error.to_string()),
             };
             let id = cli::short(&record.id.to_string());
-            let at = |error: String| format!("{}, record {id}: {error}", file.display());
+            let at = |error: String| format!("{}, record {id}: {error}", cli::name(file));
             if let Err(unfit) = self.suits(record.iq) {
                 let told = format!("record {id}: left out: {unfit}");
                 left_out(unfit, told, &mut self.skipped);
@@ -437,7 +484,8 @@ impl<'a> Analyst<'a> {
             return self.station(iq, n).map(|_| ());
         }
         let (rate_hz, carrier, analysis) = (self.rate_hz, self.analysis.carrier, self.analysis);
-        let place = Place { id, block, start, n, iq, rate_hz, carrier };
+        let clock = self.clock;
+        let place = Place { id, block, start, n, iq, rate_hz, clock, carrier };
         let explains = matches!(self.task, Task::Explain { .. });
         let station = self.station(iq, n)?;
         if !explains {
@@ -467,18 +515,34 @@ struct Place {
     n: usize,
     iq: bool,
     rate_hz: Option<f64>,
+    clock: Option<Clock>,
     carrier: Option<Carrier>,
 }
 
 impl Place {
+    /// Whether the samples lie so unevenly in time that sigma does not cover it.
+    fn is_uneven(&self, estimate: &Estimate) -> bool {
+        let Estimate { bins, sigma_bins, .. } = *estimate;
+        let n = self.n as f64;
+        let signed = if self.iq && bins >= n / 2.0 { bins - n } else { bins };
+        let walks = self.clock.filter(|clock| clock.walk_s > 0.0);
+        walks.is_some_and(|clock| signed.abs() * clock.share(self.n) > sigma_bins)
+    }
+
     /// What a method found there.
     fn answer(&self, method: &'static str, estimate: Estimate) -> Answer {
-        let Place { ref id, block, start, n, iq, rate_hz, carrier } = *self;
+        let Place { ref id, block, start, n, iq, rate_hz, clock, carrier } = *self;
+        let uneven = self.is_uneven(&estimate);
         let Estimate { bins, sigma_bins, snr_db, verdict, also } = estimate;
+        let verdict = if uneven && verdict.usable() < Usable::No { Verdict::Gap } else { verdict };
         let number = |x: f64| x.is_finite().then_some(x);
         let hertz = |bins: f64| rate_hz.and_then(|rate| number(bins * rate / n as f64));
         let signed = if iq && bins >= n as f64 / 2.0 { bins - n as f64 } else { bins };
         let unknown = |bins: f64| number(bins / n as f64).filter(|_| rate_hz.is_none());
+        let with_rate = |clock: Clock| {
+            let share = clock.share(n);
+            hertz(sigma_bins.hypot(signed * share)).filter(|_| share > 0.0)
+        };
         let speed = |carrier: Carrier| Some(carrier.speed(hertz(signed)?, hertz(sigma_bins), iq));
         Answer {
             id: id.clone(),
@@ -490,6 +554,7 @@ impl Place {
             sigma_hz: hertz(sigma_bins),
             cycles_per_sample: unknown(signed),
             sigma_cycles_per_sample: unknown(sigma_bins),
+            uncertainty_hz: clock.and_then(with_rate),
             sigma_bins: number(sigma_bins),
             snr_db: number(snr_db),
             speed: carrier.and_then(speed),
@@ -524,7 +589,7 @@ impl Batch {
         self.end = None;
         while self.starts.len() < (BATCH / n).clamp(1, 1024) && self.end.is_none() {
             match blocks.append_block(&mut self.samples) {
-                Ok(Some(start)) => self.starts.push((start, blocks.missing() > 0)),
+                Ok(Some(start)) => self.starts.push((start, blocks.gap())),
                 Ok(None) => self.end = Some(Ok(())),
                 Err(error) => self.end = Some(Err(text(error))),
             }
@@ -540,7 +605,10 @@ type Measured = (Vec<(&'static str, Estimate)>, Option<Unfit>);
 fn missed(file: &Path, blocks: &Blocks) -> Result<(), String> {
     if let missed @ 1.. = blocks.recording().missed() {
         let samples = if missed == 1 { "sample has" } else { "samples have" };
-        eprintln!("{}: {missed} {samples} no number: each block with one is a gap", file.display());
+        eprintln!(
+            "{}: {missed} {samples} no number: each block with one is a gap",
+            cli::name(file)
+        );
     }
     Ok(())
 }
@@ -601,8 +669,9 @@ pub fn print(answer: &Answer, style: Style) {
         Style::Csv => {
             let number = |x: Option<f64>| x.map_or(String::new(), |x| x.to_string());
             let speed = Speed::csv(answer.speed);
+            let uncertainty = answer.uncertainty_hz.map_or(String::new(), |x| format!(",{x}"));
             print_line(&format!(
-                "{},{},{},{},{},{},{},{},{}{speed}",
+                "{},{},{},{},{},{},{},{},{}{speed}{uncertainty}",
                 answer.id.as_ref().map_or(String::new(), plain),
                 answer.block,
                 number(answer.time_s),
@@ -620,8 +689,10 @@ pub fn print(answer: &Answer, style: Style) {
             };
             let place = answer.id.as_ref().map_or(answer.block.to_string(), plain);
             let speed = Speed::text(answer.speed);
+            let uncertainty =
+                answer.uncertainty_hz.map_or(String::new(), |x| format!(" {x:>12.6}"));
             print_line(&format!(
-                "{place:>8} {:>11} {:>14} {:>16} {:>12} {:>7}{speed}  {:<10} {}",
+                "{place:>8} {:>11} {:>14} {:>16} {:>12}{uncertainty} {:>7}{speed}  {:<10} {}",
                 number(answer.time_s, 4),
                 number(answer.bins, 6),
                 number(answer.frequency_hz.or(answer.cycles_per_sample.map(|x| 1e3 * x)), 6),
@@ -635,22 +706,26 @@ pub fn print(answer: &Answer, style: Style) {
 }
 
 /// Prints what stands above the answers.
-pub fn print_heading(style: Style, speeds: bool, knows_rate: bool) {
+pub fn print_heading(style: Style, speeds: bool, first: &Answer) {
+    let knows_rate = first.cycles_per_sample.is_none();
+    let uncertain = first.uncertainty_hz.is_some();
     match style {
         Style::Json => {}
         Style::Csv => {
             let speed = if speeds { carrier::CSV } else { "" };
+            let uncertainty = if uncertain { ",uncertainty_hz" } else { "" };
             print_line(&format!(
-                "id,block,time_s,method,bins,frequency_hz,sigma_hz,snr_db,verdict{speed}"
+                "id,block,time_s,method,bins,frequency_hz,sigma_hz,snr_db,verdict{speed}{uncertainty}"
             ));
         }
         Style::Text => print_line(&format!(
-            "{:>8} {:>11} {:>14} {:>16} {:>12} {:>7}{}  {:<10} {}",
+            "{:>8} {:>11} {:>14} {:>16} {:>12}{} {:>7}{}  {:<10} {}",
             "block",
             "time s",
             "bins",
             if knows_rate { "frequency Hz" } else { "c/1000 samples" },
             if knows_rate { "sigma Hz" } else { "sigma" },
+            if uncertain { "  uncertainty" } else { "" },
             "SNR dB",
             if speeds { carrier::TEXT } else { "" },
             "verdict",

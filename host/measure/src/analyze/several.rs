@@ -133,7 +133,7 @@ fn blocks<R: Kind, const N: usize>(
     while let Some((start, samples)) = blocks.next_block().map_err(super::text)? {
         let unfit = Unfit::of(samples, codes);
         let values: Vec<Complex<f64>> = samples.iter().map(|sample| sample.value).collect();
-        let gap = blocks.missing() > 0;
+        let gap = blocks.gap();
         tally.add(unfit);
         progress(hop as u64);
         if unfit.is_some() {

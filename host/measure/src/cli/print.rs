@@ -58,3 +58,12 @@ pub fn print(text: &str) {
         }
     }
 }
+
+/// A file's name on one line: what would break it is escaped.
+pub fn name(file: &std::path::Path) -> String {
+    let escaped = |letter: char| match letter.is_control() {
+        true => letter.escape_debug().to_string(),
+        false => letter.to_string(),
+    };
+    file.display().to_string().chars().map(escaped).collect()
+}

@@ -6,9 +6,10 @@ mod spectrum;
 mod trial;
 mod words;
 
+use crate::analyze::cut::uneven;
 use crate::arithmetic::{Arithmetic, Estimate, engine};
 use crate::estimator::Estimator;
-use crate::recording::{Levels, Options, Recording, RecordingError, Sample, Scaling};
+use crate::recording::{Clock, Levels, Options, Recording, RecordingError, Sample, Scaling};
 use crate::with_kind;
 use nature::{Finding, Known, Nature};
 use picket_dsp::acquire::codes::Codes;
@@ -51,6 +52,12 @@ pub struct Survey {
     missed: u64,
     /// Whether the rate is known.
     knows_rate: bool,
+    /// How the samples lie in time, where a column of times tells it.
+    clock: Option<Clock>,
+    /// Samples of a record, where the recording has records of their own.
+    row: Option<usize>,
+    /// What was assumed of the file.
+    assumed: Option<String>,
     /// The record's length.
     n: usize,
     /// Power over the bins in dB of a full-scale sine, and the floor.
@@ -79,6 +86,8 @@ enum Width {
 pub struct Spectral {
     /// Its frequency.
     pub frequency_hz: f64,
+    /// By the noise, and with the rate's own.
+    noise_hz: f64,
     sigma_hz: f64,
     /// Above the floor.
     above_db: f64,
@@ -99,8 +108,10 @@ impl Survey {
             let short = RecordingError::Short(file.into(), samples.len() as u64, SHORTEST);
             return Err(short.to_string());
         };
-        let n = LONGEST.min(1 << samples.len().ilog2());
-        let powers = powers(&samples, n);
+        let row = recording.row().and_then(|row| usize::try_from(row).ok());
+        let row = row.filter(|row| (SHORTEST..samples.len()).contains(row));
+        let n = LONGEST.min(1 << row.unwrap_or(samples.len()).ilog2());
+        let powers = powers(&samples, n, row.unwrap_or(1));
         let mut survey = Survey {
             rate_hz,
             iq,
@@ -109,6 +120,9 @@ impl Survey {
             scaling,
             missed: recording.missed(),
             knows_rate: recording.knows_rate(),
+            clock: recording.clock(),
+            row,
+            assumed: recording.assumed(),
             n,
             power: floored(&powers, rate_hz, iq),
             lines: Vec::new(),
@@ -124,7 +138,10 @@ impl Survey {
             // Nothing but the mains: they are what was recorded.
             survey.tone = Some(0);
         }
-        survey.finding = survey.tried(&samples);
+        survey.finding = match survey.levels.high <= survey.levels.low {
+            true => Finding { nature: Nature::Silence, held: None },
+            false => survey.tried(&samples),
+        };
         Ok(survey)
     }
 
@@ -161,8 +178,9 @@ impl Survey {
                 let n = self.record() as f64;
                 let signed = if self.iq && bins > n / 2.0 { bins - n } else { bins };
                 let (frequency_hz, sigma_hz) = (signed * bin_hz, sigma_bins * bin_hz);
-                let measured =
-                    Spectral { frequency_hz, sigma_hz, above_db, verdict: verdict.name() };
+                let (noise_hz, verdict) = (sigma_hz, verdict.name());
+                let sigma_hz = self.with_rate(frequency_hz, noise_hz, self.record());
+                let measured = Spectral { frequency_hz, noise_hz, sigma_hz, above_db, verdict };
                 let off = |hertz: f64| (frequency_hz - hertz).abs();
                 let other = stronger().map(|line| off(line.0)).fold(f64::INFINITY, f64::min);
                 (off(hertz) < bin_hz.min(other)).then_some(measured)
@@ -170,6 +188,7 @@ impl Survey {
             // Else a line within a bin of a stronger one, which no record of the library tells from it: it is anywhere in its bin here.
             near.unwrap_or(Spectral {
                 frequency_hz: hertz,
+                noise_hz: self.bin_hz() / 12f64.sqrt(),
                 sigma_hz: self.bin_hz() / 12f64.sqrt(),
                 above_db,
                 verdict: Verdict::Unresolved.name(),
@@ -186,7 +205,8 @@ impl Survey {
     /// What the record in the middle shows in a band.
     fn measured(&self, samples: &[Complex<f64>], band: (f64, f64)) -> Option<Estimate> {
         let n = self.record();
-        let start = (samples.len() - n) / 2;
+        let middle = (samples.len() - n) / 2;
+        let start = middle / self.row.unwrap_or(1) * self.row.unwrap_or(1);
         let (codes, scale) = self.codes();
         let record: Vec<Complex<f64>> =
             samples.iter().skip(start).take(n).map(|x| x * scale).collect();
@@ -230,10 +250,31 @@ impl Survey {
             bands: tone.map(band).into_iter().collect(),
             lines: self.lines.iter().filter(|line| !hum(line)).count(),
             comb_hz: self.comb_hz(),
+            row: self.row,
         };
         let (codes, scale) = self.codes();
-        let ground = Ground { samples, iq: self.iq, rate_hz: self.rate_hz, codes, scale };
-        nature::finding(ground, &known)
+        let (iq, rate_hz, records) = (self.iq, self.rate_hz, self.row.is_some());
+        let ground = Ground { samples, iq, rate_hz, codes, scale, records };
+        let mut finding = nature::finding(ground, &known);
+        if let Some((way, ..)) = &finding.held
+            && self.uneven(way.n).is_some()
+        {
+            finding = Finding { nature: Nature::Unknown, held: None };
+        }
+        finding
+    }
+
+    /// Why blocks of this length are not measured, where the samples lie too unevenly in time.
+    fn uneven(&self, n: usize) -> Option<String> {
+        let clock = self.clock.filter(|clock| clock.walk_s > 0.0)?;
+        let line = self.tone.and_then(|tone| self.lines.get(tone))?;
+        let off_hz = line.frequency_hz.abs() * clock.share(n);
+        (off_hz > 0.5 * line.noise_hz).then(|| uneven(&clock, n))
+    }
+
+    /// A sigma by the noise together with the rate's own, in blocks of this length.
+    fn with_rate(&self, hertz: f64, sigma_hz: f64, n: usize) -> f64 {
+        sigma_hz.hypot(hertz * self.clock.map_or(0.0, |clock| clock.share(n)))
     }
 
     /// The distance of the strongest lines, where all are as far apart, or multiples of that.
@@ -252,7 +293,10 @@ impl Survey {
     /// The codes, and the factor to them.
     fn codes(&self) -> (Codes, f64) {
         match self.width() {
-            Some(Width::Unsigned12) => (Codes::unsigned::<12>(), 1.0),
+            Some(Width::Unsigned12) if self.scaling == Scaling::CODES => {
+                (Codes::unsigned::<12>(), 1.0)
+            }
+            Some(Width::Unsigned12) => (Codes::signed::<16>(), 1.0),
             Some(Width::Scale(scale)) => (Codes::signed::<16>(), scale),
             None => (Codes::signed::<16>(), 1.0),
         }
@@ -261,7 +305,9 @@ impl Survey {
     /// What a person has to say of the codes.
     fn width(&self) -> Option<Width> {
         let Levels { low, high, step, clipped, .. } = self.levels;
-        if self.scaling == Scaling::CODES && step.is_some() && low >= 0.0 && high <= 4095.0 {
+        let [bottom, top] = [low, high].map(|code| self.scaling.number(code));
+        let whole = self.scaling.factor == 1.0 && step.is_some();
+        if whole && bottom >= 0.0 && top <= 4095.0 {
             Some(Width::Unsigned12)
         } else if self.scaling == Scaling::CODES && clipped > 0.0 && high.max(-low) < 32000.0 {
             Some(Width::Scale(32767.0 / high.min(-low).max(1e-12)))

@@ -28,6 +28,10 @@ pub enum Nature {
     Bursts,
     /// Segments that come again and again, of this many samples.
     Chirps(usize),
+    /// Records of their own, of so many samples.
+    Records(usize),
+    /// Every sample is the same.
+    Silence,
     /// No tone of the kinds above stands out.
     Unknown,
     /// Nothing stands out.
@@ -45,6 +49,8 @@ impl Nature {
             }
             Nature::Bursts => "bursts: a tone that comes and goes".into(),
             Nature::Chirps(period) => format!("chirps: it comes again every {period} samples"),
+            Nature::Records(row) => format!("records of {row} samples with a tone in each"),
+            Nature::Silence => "silence: every sample is the same".into(),
             Nature::Unknown => {
                 "unknown: something stands out, but no way of measuring it held in a trial".into()
             }
@@ -80,6 +86,8 @@ pub struct Known {
     pub lines: usize,
     /// The distance of lines that are evenly apart.
     pub comb_hz: Option<f64>,
+    /// Samples of a record, where the recording has records of their own.
+    pub row: Option<usize>,
 }
 
 /// Tries the ways that may suit, and gives the one that holds best.
@@ -105,9 +113,21 @@ pub fn finding(ground: Ground, known: &Known) -> Finding {
             best = Some((score, way, share.min(1.0), shots));
         }
     };
-    let mut chirps = false;
+    let mut chirps = known.row.is_some();
+    if let Some(row) = known.row {
+        let n = LENGTHS.into_iter().rev().find(|&n| n <= row);
+        for n in n.into_iter().flat_map(|n| [n, n / 2]).filter(|&n| n >= 64) {
+            for skip in [0, (row - n) / 2] {
+                let of = Of::Blocks;
+                offer(Way { n, hop: row, skip, band_hz: None, of }, 0.0);
+                if let Some(&band) = known.bands.first() {
+                    offer(Way { n, hop: row, skip, band_hz: Some(band), of }, -0.03);
+                }
+            }
+        }
+    }
     // The mains' harmonics are evenly apart, too.
-    if let Some(comb_hz) = known.comb_hz.filter(|_| known.hum_hz.is_none()) {
+    if let Some(comb_hz) = known.comb_hz.filter(|_| known.hum_hz.is_none() && !chirps) {
         let samples = ground.rate_hz / comb_hz;
         let mut hops = vec![samples.round() as usize];
         // The lines beside the strongest one are weak, and tell their distance to a hundredth. What comes again tells it to a sample.
@@ -136,7 +156,7 @@ pub fn finding(ground: Ground, known: &Known) -> Finding {
     let mut bands = vec![None];
     bands.extend(known.bands.iter().copied().map(Some));
     bands.extend(ridge_band(&ridges, &ground).map(Some));
-    for band_hz in bands {
+    for band_hz in bands.into_iter().filter(|_| known.row.is_none()) {
         for n in LENGTHS.into_iter().filter(|n| n * 4 <= ground.samples.len()) {
             let way = Way { n, hop: n, skip: 0, band_hz, of: Of::Blocks };
             let narrow = if band_hz.is_some() { -0.03 } else { 0.0 };
@@ -153,6 +173,7 @@ pub fn finding(ground: Ground, known: &Known) -> Finding {
     let nature = match &held {
         None if seen == 0 && known.lines == 0 => Nature::Noise,
         None => Nature::Unknown,
+        Some(_) if known.row.is_some() => Nature::Records(known.row.unwrap_or(0)),
         Some((way, ..)) if way.hop > way.n => Nature::Chirps(way.hop),
         Some((way, _, shots)) => match () {
             () if comes && way.of == Of::Blocks => Nature::Bursts,

@@ -8,11 +8,12 @@ use std::f64::consts::TAU;
 const RECORDS: usize = 32;
 
 /// The mean power of each bin through Hann's window, in dB of a sine from -32768 to 32767.
-pub(super) fn powers(samples: &[Complex<f64>], n: usize) -> Vec<f64> {
+/// Records begin at multiples of `row`.
+pub(super) fn powers(samples: &[Complex<f64>], n: usize, row: usize) -> Vec<f64> {
     let window = |k: usize| 0.5 - 0.5 * (TAU * (k as f64 + 0.5) / n as f64).cos();
     let transform = f64::forward(n);
     let mut sum = vec![0.0; n];
-    let hop = ((samples.len() - n) / RECORDS).max(n / 2);
+    let hop = ((samples.len() - n) / RECORDS).max(n / 2).div_ceil(row) * row;
     for record in samples.windows(n).step_by(hop) {
         let mean = record.iter().sum::<Complex<f64>>() / n as f64;
         let mut spectrum: Vec<Complex<f64>> =

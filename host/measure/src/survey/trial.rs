@@ -64,6 +64,8 @@ pub struct Ground<'a> {
     pub codes: Codes,
     /// The factor from the samples to these codes.
     pub scale: f64,
+    /// The samples are records of their own, one behind the other.
+    pub records: bool,
 }
 
 /// Standard deviations that an answer may be off.
@@ -204,7 +206,7 @@ impl Ground<'_> {
         let shots: Vec<Shot> = self.shots(way).into_iter().filter(Shot::holds).collect();
         let blocks = self.samples.len().saturating_sub(way.skip + way.n) / way.hop + 1;
         let half = Way { n: way.n / 2, hop: way.hop.div_ceil(2), of: Of::Blocks, ..*way };
-        let other = match way.hop > way.n {
+        let other = match way.hop > way.n || self.records {
             // Chirps: each half of the segment on its own.
             true => vec![
                 Way { hop: way.hop, ..half },

@@ -1,7 +1,7 @@
 //! The sentences about a recording.
 
 use super::nature::Nature;
-use super::trial::Of;
+use super::trial::{Of, Shot};
 use super::{Spectral, Survey};
 use crate::recording::Levels;
 
@@ -13,10 +13,13 @@ impl Survey {
         let (rms, step) = (rms / self.scaling.factor, step.map(|step| step / self.scaling.factor));
         let kind = if self.iq { "I/Q" } else { "real" };
         let seconds = self.samples as f64 / self.rate_hz;
-        let mut text = match self.knows_rate {
+        let assumed = self.assumed.as_ref().map(|assumed| format!("read      {assumed}\n"));
+        let mut text = assumed.unwrap_or_default();
+        text += &match self.knows_rate {
             true => format!(
                 "rate      {} Hz, {kind}, {} samples looked at ({seconds:.4} s)\n",
-                self.rate_hz, self.samples
+                self.rate(),
+                self.samples
             ),
             false => format!(
                 "rate      unknown: frequencies are in cycles per sample, --rate HZ gives hertz; {kind}, {} samples looked at\n",
@@ -53,11 +56,7 @@ impl Survey {
         };
         text += &format!("kind      {}\n", self.finding.nature.text());
         if self.lines.is_empty() {
-            text += "lines     none stands where it is";
-            text += match self.finding.held {
-                Some(_) => "\n",
-                None => "; --plot FILE.svg draws the spectrum\n",
-            };
+            text += "lines     no steady line\n";
             return text + &self.advice(command);
         }
         let unit = if self.knows_rate { "Hz" } else { "c/sample" };
@@ -68,7 +67,7 @@ impl Survey {
             "dB over the floor"
         );
         for line in &self.lines {
-            let Spectral { frequency_hz, sigma_hz, above_db, verdict } = line;
+            let Spectral { frequency_hz, sigma_hz, above_db, verdict, .. } = line;
             let more = if self.knows_rate { 0 } else { 4 };
             text += &format!(
                 "          {frequency_hz:16.0$} {sigma_hz:13.1$} {above_db:18.1}  {verdict}\n",
@@ -79,28 +78,42 @@ impl Survey {
         text + &self.advice(command)
     }
 
+    /// The rate with the digits that it has.
+    fn rate(&self) -> String {
+        match self.clock.filter(|clock| clock.sigma_hz > 0.0) {
+            Some(clock) => with_sigma(clock.rate_hz, clock.sigma_hz),
+            None => {
+                format!("{:.11e}", self.rate_hz).parse::<f64>().unwrap_or(self.rate_hz).to_string()
+            }
+        }
+    }
+
     /// What was tried, and what to type.
     fn advice(&self, command: &str) -> String {
         let Some(proposal) = self.proposal() else {
+            if let Some(why) = self.uneven(self.record()) {
+                return format!("try       nothing: {why}\n");
+            }
             return match self.finding.nature {
-                Nature::Noise => String::new(),
+                Nature::Noise | Nature::Silence => String::new(),
                 _ => "try       nothing that was tried gave answers that agree with each other\n"
                     .into(),
             };
         };
         let mut text = String::new();
         if let Some((way, share, shots)) = &self.finding.held {
-            let mut sigmas: Vec<f64> = shots.iter().map(|shot| shot.sigma_hz).collect();
+            let sigma = |shot: &Shot| self.with_rate(shot.hz, shot.sigma_hz, way.n);
+            let mut sigmas: Vec<f64> = shots.iter().map(sigma).collect();
             sigmas.sort_by(f64::total_cmp);
             let sigma = sigmas.get(sigmas.len() / 2).copied().unwrap_or(f64::NAN);
             let unit = if self.knows_rate { "Hz" } else { "cycles per sample" };
             let (held, what) = match way.of {
-                Of::Track => ("tracked in", "blocks"),
-                Of::Blocks => ("good in", "blocks"),
-                Of::Bursts => ("valid are", "bursts"),
+                Of::Track => ("followed", "blocks"),
+                Of::Blocks => ("good", "blocks"),
+                Of::Bursts => ("valid", "bursts"),
             };
             text += &format!(
-                "tried     {held} {:.0} % of {} {what}, to {} {unit}\n",
+                "tried     with the command below {:.0} % of {} {what} are {held}, sigma {} {unit} (median)\n",
                 100.0 * share,
                 (shots.len() as f64 / share).round(),
                 digits(sigma)
@@ -108,6 +121,12 @@ impl Survey {
         }
         text + &format!("try       picket analyze {command} {proposal}\n")
     }
+}
+
+/// A value and its sigma, with two digits of sigma.
+fn with_sigma(value: f64, sigma: f64) -> String {
+    let after = (1.0 - sigma.log10().floor()).clamp(0.0, 12.0) as usize;
+    format!("{value:.after$} +- {sigma:.after$}")
 }
 
 /// A whole number as it is, another with four digits and more.

@@ -1,6 +1,6 @@
-"""Writes the recordings of this folder by the programs that people use: NumPy, SciPy, libsndfile, the SigMF library.
+"""Writes the recordings of this folder by the programs that people use: NumPy, SciPy, libsndfile, h5py, the SigMF library.
 
-    pip install numpy scipy soundfile sigmf
+    pip install numpy scipy soundfile sigmf h5py
     python write.py
 
 Each has one tone of 987.6 Hz at 8000 samples a second and 1024 samples; pairs of I and Q turn backwards.
@@ -9,6 +9,7 @@ Each has one tone of 987.6 Hz at 8000 samples a second and 1024 samples; pairs o
 import json
 import os
 
+import h5py
 import numpy as np
 import scipy.io
 import sigmf
@@ -35,6 +36,18 @@ np.savez_compressed("compressed.npz", t=t, volts=0.3 * x, name=np.array("probe")
 scipy.io.savemat("real.mat", {"Fs": float(rate), "y": x[:, None]})
 scipy.io.savemat("compressed.mat", {"t": t, "ch1": 0.3 * x, "ch2": 0 * x}, do_compression=True)
 scipy.io.savemat("complex.mat", {"iq": z, "fs": float(rate)})
+with h5py.File("real.h5", "w") as file:
+    file.create_dataset("adc/volts", data=x.astype("<f4")).attrs["fs"] = float(rate)
+with h5py.File("times.h5", "w") as file:
+    file["t"], file["y"] = t, x
+with h5py.File("complex.h5", "w") as file:
+    chunked = dict(chunks=(256,), compression="gzip", shuffle=True, fletcher32=True)
+    file.create_dataset("iq", data=z.astype(np.complex64), **chunked)
+    file.attrs["sample_rate"] = rate
+with h5py.File("latest.h5", "w", libver="latest") as file:
+    file.create_dataset("x", data=np.round(2000 * x).astype("<i2"), chunks=(100,), maxshape=(None,))
+with h5py.File("chirps.h5", "w") as file:
+    file["radar"] = z.astype(np.complex64).reshape(16, 64)
 soundfile.write("double.wav", x, rate, subtype="DOUBLE")
 soundfile.write("24-bit.wav", 0.01 * x, rate, subtype="PCM_24")
 soundfile.write("rf64.wav", x, rate, format="RF64", subtype="PCM_16")
