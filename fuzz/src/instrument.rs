@@ -20,7 +20,7 @@ use picket_instrument::meter::{Meter, Several};
 use picket_instrument::plan::Plan;
 use picket_instrument::slot::Slot;
 use picket_instrument::storage::{self, PAGE, Page, Storage};
-use picket_instrument::words::{WORDS, words};
+use picket_instrument::words::{WORDS, payload, words};
 use picket_instrument::{End, Instrument, Port, Start, checksum};
 use picket_wire::boot::{Boot, Causes, Clock, LastEnd, Origin};
 use picket_wire::command::{Answer, Command, Refusal, Request};
@@ -28,13 +28,10 @@ use picket_wire::frame::{Kind, Reader, WIRE};
 use picket_wire::settings::{Calibration, Drive, Mode, Settings};
 use picket_wire::settings_error::SettingsError;
 use picket_wire::status::{Raw, Status};
-use picket_wire::stored;
 use picket_wire::telemetry::Telemetry;
 
 /// Samples in a block.
 const N: usize = 64;
-/// Stored settings of a single field, which today's programs do not know and pass over.
-const LATER: [u8; 6] = [128, 100, 3, 1, 2, 3];
 /// Words of a slot: room for the longest guard.
 const SLOT: usize = 128;
 const SLOTS: usize = 3;
@@ -259,8 +256,6 @@ struct Knows {
     measuring: bool,
     /// What may lie in the flash: one, or after a save that was cut off, two. None is nothing.
     kept: Vec<Option<Vec<u8>>>,
-    /// Whether it has a field of a later program, from the first on.
-    later: bool,
     /// The last status since the counters were reset.
     status: Option<Status>,
     /// The counters when they were.
@@ -315,13 +310,12 @@ fn lives<M: Meter<Real, N>, Q: Meter<Iq, N>>(real: &mut M, iq: &mut Q, mut input
     // A new chip, or one that held something else; ticks that wrap soon.
     let page = [if fill & 1 == 0 { u32::MAX } else { u32::from(fill) * 0x0101_0101 }; PAGE];
     let mut flash = Flash { pages: [page; 2], fault: None, done: 0, off: false };
-    // Or settings of a later program, with a field that nobody knows here.
-    let later = fill & 2 != 0;
+    // Or one with settings.
+    let kept = fill & 2 != 0;
     let config = Config { codes: World::CODES, ..Settings::default().config };
     let settings = Settings { config, ..Settings::default() };
-    if later {
-        let stored = stored::encode(&settings, N, &LATER);
-        storage::save(&mut flash, &stored).expect("flash that works so far");
+    if kept {
+        storage::save(&mut flash, &payload(&settings, N)).expect("flash that works so far");
     }
     let mut world = World {
         ticks: u32::MAX - u32::from(ticks) * 100_000,
@@ -339,8 +333,7 @@ fn lives<M: Meter<Real, N>, Q: Meter<Iq, N>>(real: &mut M, iq: &mut Q, mut input
         settings: Settings::default(),
         label: 0,
         measuring: false,
-        kept: vec![later.then(|| settings.to_bytes(N).to_vec())],
-        later,
+        kept: vec![kept.then(|| settings.to_bytes(N).to_vec())],
         status: None,
         zero: Counters::default(),
         sequence: None,
@@ -551,11 +544,6 @@ impl Knows {
             other => panic!("{other:?}"),
         }
         (self.settings, self.label, self.measuring) = (settings, boot.settings, boot.measuring);
-        if self.later {
-            let (_, _, stored) = storage::load(&world.flash).expect("settings that were saved");
-            let field = &LATER[1..];
-            assert!(stored.windows(field.len()).any(|piece| piece == field), "it is gone");
-        }
     }
 
     /// Hears what the line took, and returns the answer to an order.

@@ -28,15 +28,11 @@ pub fn pipeline(bytes: &[u8]) {
     let mut real = Pipeline::<Real, N>::new(picket_dsp::Plan::IDLE);
     let mut iq = Pipeline::<Iq, N>::new(picket_dsp::Plan::IDLE);
     for sequence in 0..2 {
-        let short = input.take::<{ Settings::SHORT }>();
-        // Settings of later versions are longer.
-        let mut bytes = short.to_vec();
-        for _ in 3..=short[0].min(4) {
-            bytes.extend(input.take::<8>());
-        }
-        if short[0] == 5 {
-            bytes.extend(input.take::<{ Settings::BYTES - Settings::SHORT }>());
-        }
+        // A structure is as long as its settings: the others are the next input.
+        let head = input.take::<6>();
+        let length = usize::from(head[5]).min(Settings::BYTES);
+        let mut bytes = head.to_vec();
+        bytes.extend((0..length).map(|_| input.take::<1>()[0]));
         let Ok((settings, _)) = Settings::from_bytes(&bytes) else { return };
         let Ok(plan) = Plan::<N>::new(&settings, settings.config.rate_hz) else { return };
         let calibration = settings.calibration;

@@ -498,7 +498,7 @@ fn settings_are_checked_used_and_a_chirp_goes_through_segment_by_segment() {
     let refused = board.request(Command::SetSettings(settings, 512)).unwrap();
     assert_eq!(refused, Err(Refusal::Settings([6, 0])));
     let same = board.request(Command::Identify).unwrap().unwrap();
-    assert_eq!(Boot::from_bytes(&same), Some(first));
+    assert_eq!(Boot::from_bytes(&same), Ok(first));
     // What can is answered as it will be used, and used after a restart.
     let body = board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
     let (used, n) = Settings::from_bytes(&body).unwrap();
@@ -582,7 +582,7 @@ fn noise_on_the_line_is_refused_and_costs_nothing_else() {
     assert!(after.refused >= before + 100, "{after:?}");
     assert_eq!(after.counters.blocks, 20);
     let same = board.request(Command::Identify).unwrap().unwrap();
-    assert_eq!(Boot::from_bytes(&same), Some(first));
+    assert_eq!(Boot::from_bytes(&same), Ok(first));
 }
 
 #[test]

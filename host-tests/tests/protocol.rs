@@ -139,14 +139,14 @@ fn boot_status_and_samples_come_back_as_they_were() {
             core_hz: rng.random(),
             last: LastEnd { kind: rng.random(), pc: rng.random(), more: rng.random() },
         };
-        assert_eq!(Boot::from_frame(&only(&boot.to_frame())), Some(boot));
+        assert_eq!(Boot::from_frame(&only(&boot.to_frame())), Ok(boot));
         let [blocks, overruns, missed, late, broken, spurious, dma_errors, adc_overruns] =
             rng.random();
         let counters =
             Counters { blocks, overruns, missed, late, broken, spurious, dma_errors, adc_overruns };
         let [dropped, refused, load, stack, longest, peak] = rng.random();
         let status = Status { counters, dropped, refused, load, stack, longest, peak };
-        assert_eq!(Status::from_frame(&only(&status.to_frame())), Some(status));
+        assert_eq!(Status::from_frame(&only(&status.to_frame())), Ok(status));
         let mut bytes = vec![0; rng.random_range(0..=Raw::PIECE)];
         rng.fill_bytes(&mut bytes);
         let bytes = heapless::Vec::from_slice(&bytes).unwrap();
@@ -190,15 +190,15 @@ fn what_is_no_command_is_refused_and_the_tag_comes_back() {
         |kind, payload: &[u8]| Request::from_frame(&only(&frame::encode(kind, payload).unwrap()));
     let answer = |tag, command| Answer { tag, command };
     assert_eq!(told(Kind::Command, &[3]), Err((answer(0, 0), Refusal::Unknown)));
-    for payload in [&[3, 0][..], &[3, 99], &[3, 1, 0], &[3, 7, 1], &[3, 5, 1, 2, 3]] {
+    for payload in [&[3, 0][..], &[3, 99], &[3, 1, 0], &[3, 7, 1]] {
         let unknown = Err((answer(3, payload[1]), Refusal::Unknown));
         assert_eq!(told(Kind::Command, payload), unknown, "{payload:?}");
     }
     assert_eq!(told(Kind::Reply, &[3, 1]), Err((answer(3, 1), Refusal::Unknown)));
     let mut damaged = vec![3, 5];
     damaged.extend(Settings::default().to_bytes(1024));
-    // The version, the drive, the method: values without a meaning.
-    for place in [2, 3, 2 + 44 + 2] {
+    // The version, the length of a block, whether two converters sample: values without a meaning.
+    for place in [2, 3, 2 + 8] {
         let mut damaged = damaged.clone();
         damaged[place] ^= 0x80;
         let Err((head, Refusal::Settings([1, _]))) = told(Kind::Command, &damaged) else {

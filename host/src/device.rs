@@ -130,13 +130,13 @@ impl Said {
     fn of(frame: &Frame) -> Option<Self> {
         Some(match frame.kind {
             Kind::Telemetry => Said::Telemetry(Telemetry::from_frame(frame).ok()?),
-            Kind::Boot => Said::Boot(Boot::from_frame(frame)?),
-            Kind::Status => Said::Status(Status::from_frame(frame)?),
+            Kind::Boot => Said::Boot(Boot::from_frame(frame).ok()?),
+            Kind::Status => Said::Status(Status::from_frame(frame).ok()?),
             Kind::Follow => Said::Follow(Follow::from_frame(frame).ok()?),
             Kind::Lines => Said::Lines(Lines::from_frame(frame).ok()?),
-            Kind::Fundamental => Said::Fundamental(Fundamental::from_frame(frame)?),
-            Kind::Burst => Said::Burst(Burst::from_frame(frame)?),
-            Kind::Sum => Said::Sum(Sum::from_frame(frame)?),
+            Kind::Fundamental => Said::Fundamental(Fundamental::from_frame(frame).ok()?),
+            Kind::Burst => Said::Burst(Burst::from_frame(frame).ok()?),
+            Kind::Sum => Said::Sum(Sum::from_frame(frame).ok()?),
             Kind::Raw => Said::Raw(Raw::from_frame(frame)?),
             Kind::Reply | Kind::Refusal => {
                 let (answer, said) = Answer::from_frame(frame)?;

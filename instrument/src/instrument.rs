@@ -25,7 +25,7 @@ use picket_wire::frame::{Kind, Reader, WIRE};
 use picket_wire::settings::{Mode, Settings};
 use picket_wire::settings_error::SettingsError;
 use picket_wire::status::{Raw, Status};
-use picket_wire::stored;
+use crate::words::payload;
 use picket_wire::sum::Sum;
 use picket_wire::telemetry::{Basis, Health, Telemetry};
 
@@ -475,9 +475,8 @@ where
     // Not inlined, so that the payloads take no stack below a command that saves nothing.
     #[inline(never)]
     fn save(&mut self, port: &mut P, settings: &Settings) -> Result<(), Refusal> {
-        let newest = storage::load(port.storage()).map(|(_, _, newest)| newest).unwrap_or_default();
-        let payload = stored::encode(settings, N, &newest);
-        if newest == payload {
+        let payload = payload(settings, N);
+        if storage::load(port.storage()).is_some_and(|(_, _, newest)| newest == payload) {
             return Ok(());
         }
         if !self.saves.permit() {

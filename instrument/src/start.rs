@@ -6,7 +6,6 @@ use crate::words::WORDS;
 use picket_wire::boot::{Causes, LastEnd, Origin};
 use picket_wire::settings::Settings;
 use picket_wire::settings_error::SettingsError;
-use picket_wire::stored;
 
 /// The inputs of the instrument's start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -54,7 +53,7 @@ impl Start {
 
 /// The settings in these bytes of a page, if they are for blocks of `N` samples.
 fn stored<const N: usize>(bytes: &[u8]) -> Option<Settings> {
-    of::<N>(stored::decode(bytes))
+    of::<N>(Settings::from_bytes(bytes))
 }
 
 /// Settings for blocks of `N` samples.

@@ -7,20 +7,19 @@
 //! A save erases the page that is *not* the newest and writes there, the CRC last. Without its CRC a page is invalid, and the other one
 //! counts. With a CRC on both, the page with the higher sequence counts.
 //!
-//! The payload's format is [`picket_wire::stored`].
+//! The payload is [`Settings::to_bytes`](picket_wire::settings::Settings::to_bytes), see [`crate::words::payload`].
 
 use crate::checksum::of_words;
 use heapless::Vec;
-use picket_wire::stored;
 
-/// The longest payload, words.
-pub const ROOM: usize = stored::ROOM / 4;
+/// The longest payload, words: the longest settings, and room for what later programs add.
+pub const ROOM: usize = 64;
 
 /// Words of a page with the longest payload.
 pub const PAGE: usize = ROOM + 3;
 
 /// The payload of a page: whole words.
-pub type Payload = Vec<u8, { stored::ROOM }>;
+pub type Payload = Vec<u8, { 4 * ROOM }>;
 
 /// A piece of flash with two erasable pages of at least [`PAGE`] words. Erased words are all ones.
 pub trait Storage {

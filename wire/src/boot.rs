@@ -1,23 +1,6 @@
 //! The boot record: what an instrument says of itself at its start, and when a host asks.
-//!
-//! | offset | field |
-//! |---|---|
-//! | 0 | version of this layout: u8 |
-//! | 1 | source of the clock: u8, 0 external, 1 internal, 2 internal and slow |
-//! | 2 | reset causes: u8, bit 0 power or brown-out, 1 pin, 2 software, 3 watchdog, 4 other |
-//! | 3 | flags: u8, bit 0 measuring, 1 settings from flash, 2 these settings do not work here, 3 the settings in flash cannot be read, 4 none are in flash, 5 stopped after three crashes in a row |
-//! | 4 | CRC-32 of the program: u32 |
-//! | 8 | CRC-32 of the settings in use: u32 |
-//! | 12 | samples in a block: u32 |
-//! | 16 | core's clock: u32, Hz |
-//! | 20 | how the last program ended: u32, 0 unknown, 1 hard fault, 2 unexpected interrupt, 3 the external clock failed, 4 panic, 5 stack overflow |
-//! | 24 | program counter at that end: u32 |
-//! | 28 | two further words about that end: 2 u32 |
-//! | 36 | the board's name: 16 bytes of ASCII, zeros behind it |
 
-use super::frame::{self, Frame, Kind, WIRE};
-use crate::bytes::{Reader, Writer};
-use heapless::Vec;
+use crate::layout::{Field, Form, Reader, Writer, as_number, layout, named, record};
 
 /// The source of the sample clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -126,17 +109,18 @@ impl Causes {
 
 /// Where an instrument's settings come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
 pub enum Origin {
     /// A host gave them before a restart.
     #[default]
-    Host,
+    Host = 0,
     /// They were saved in flash.
-    Flash,
+    Flash = 1,
     /// They are the default ones: none are in flash.
-    Default,
+    Default = 2,
     /// They are the default ones, and it waits stopped: those in flash cannot be read, because another program saved them or they are
     /// damaged. They stay there until a host saves others.
-    Unreadable,
+    Unreadable = 3,
 }
 
 impl Origin {
@@ -152,21 +136,24 @@ impl Origin {
         }
     }
 
-    const fn flags(self) -> u8 {
-        match self {
-            Origin::Host => 0,
-            Origin::Flash => 2,
-            Origin::Unreadable => 8,
-            Origin::Default => 16,
+    /// The origin with this number on the wire; `None` for an unknown number.
+    pub const fn from_u8(number: u8) -> Option<Self> {
+        match number {
+            0 => Some(Origin::Host),
+            1 => Some(Origin::Flash),
+            2 => Some(Origin::Default),
+            3 => Some(Origin::Unreadable),
+            _ => None,
         }
     }
 
-    const fn of_flags(flags: u8) -> Self {
-        match flags {
-            flags if flags & 2 != 0 => Origin::Flash,
-            flags if flags & 8 != 0 => Origin::Unreadable,
-            flags if flags & 16 != 0 => Origin::Default,
-            _ => Origin::Host,
+    /// The origin's name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Origin::Host => "host",
+            Origin::Flash => "flash",
+            Origin::Default => "default",
+            Origin::Unreadable => "unreadable",
         }
     }
 }
@@ -201,60 +188,67 @@ pub struct Boot {
     pub last: LastEnd,
 }
 
-const VERSION: u8 = 2;
-
-impl Boot {
-    /// Length of the record, bytes.
-    pub const BYTES: usize = 52;
-
-    /// The record as bytes.
-    pub fn to_bytes(&self) -> [u8; Self::BYTES] {
-        let flags =
-            u8::from(self.measuring) | u8::from(self.unfit) << 2 | u8::from(self.halted) << 5;
-        let flags = flags | self.origin.flags();
-        let LastEnd { kind, pc, more: [a, b] } = self.last;
-        let words = [self.program, self.settings, self.n, self.core_hz, kind, pc, a, b];
-        let mut bytes = [0; Self::BYTES];
-        let mut writer = Writer::new(&mut bytes);
-        writer.put([VERSION, self.clock as u8, self.causes.0, flags]);
-        for word in words {
-            writer.u32(word);
-        }
-        writer.put(self.board.0);
-        bytes
+layout! {
+    /// The end of the last program.
+    LastEnd {
+        /// 0 unknown, 1 hard fault, 2 unexpected interrupt, 3 the external clock failed, 4 panic, 5 stack overflow.
+        kind: u32,
+        /// Program counter at that end.
+        pc: u32,
+        /// After a hard fault the link register and CFSR, after an interrupt its number, after a panic its line, after an overflow the
+        /// stack pointer.
+        more: [u32; 2],
     }
 
-    /// The record as a frame.
-    pub fn to_frame(&self) -> Vec<u8, WIRE> {
-        frame::encode(Kind::Boot, &self.to_bytes()).unwrap_or_default()
+    /// What an instrument says of itself.
+    Boot {
+        /// The board's name: ASCII, zeros behind it.
+        board: Name,
+        /// Source of the sample clock.
+        clock: Clock,
+        /// Reset causes: bit 0 power or brown-out, 1 pin, 2 software, 3 watchdog, 4 other.
+        causes: Causes,
+        /// It measures.
+        measuring: bool,
+        /// Where its settings come from.
+        origin: Origin,
+        /// It is stopped after three crashes in a row.
+        halted: bool,
+        /// These settings do not work here.
+        unfit: bool,
+        /// CRC-32 of the program.
+        program: u32,
+        /// CRC-32 of the settings in use.
+        settings: u32,
+        /// Samples in a block.
+        n: u32,
+        /// The core's clock, Hz.
+        core_hz: u32,
+        /// The end of the last program.
+        last: LastEnd,
+    }
+}
+
+record!(Boot, Boot, |_| true);
+
+named! {
+    Clock: "clock", |clock| *clock as u8, Clock::from_u8, |clock| clock.name();
+    Origin: "origin", |origin| *origin as u8, Origin::from_u8, |origin| origin.name();
+}
+
+as_number! {
+    Causes as u8, |causes| causes.0, |bits| Some(Causes(bits));
+}
+
+impl Field for Name {
+    const FORM: Form = <[u8; 16]>::FORM;
+    const MOST: usize = 16;
+
+    fn put(&self, writer: &mut Writer<'_>) {
+        self.0.put(writer);
     }
 
-    /// The record in these bytes; `None` if they are too short, of another version, or hold an
-    /// unknown number. Bytes appended by a later version are ignored.
-    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
-        let mut reader = Reader(bytes);
-        let [VERSION, clock, causes, flags] = reader.take()? else { return None };
-        let mut word = || reader.u32();
-        let [program, settings, n, core_hz, kind, pc, a, b] =
-            [word()?, word()?, word()?, word()?, word()?, word()?, word()?, word()?];
-        Some(Self {
-            board: Name(reader.take()?),
-            clock: Clock::from_u8(clock)?,
-            causes: Causes(causes),
-            measuring: flags & 1 != 0,
-            origin: Origin::of_flags(flags),
-            unfit: flags & 4 != 0,
-            halted: flags & 32 != 0,
-            program,
-            settings,
-            n,
-            core_hz,
-            last: LastEnd { kind, pc, more: [a, b] },
-        })
-    }
-
-    /// The record in a frame; `None` if the frame holds none.
-    pub fn from_frame(frame: &Frame) -> Option<Self> {
-        (frame.kind == Kind::Boot).then(|| Self::from_bytes(&frame.payload)).flatten()
+    fn take(reader: &mut Reader<'_>) -> Option<Self> {
+        Field::take(reader).map(Name)
     }
 }

@@ -2,27 +2,16 @@
 //! file. An emulated board plays it as its converter.
 //!
 //! The file is a header of [`Header::BYTES`] bytes and then the blocks, without gaps. Each sample
-//! is an `i16` (I/Q: two). All numbers are little-endian.
-//!
-//! | offset | field |
-//! |---|---|
-//! | 0 | magic number: 4 u8 |
-//! | 4 | version of this layout: u8, 5; three zeros |
-//! | 8 | blocks, stride, period: 3 u32 |
-//! | 20 | the measurement's configuration |
-//! | 104 | a chirp's guard, s, and its sweep's curvature: 2 f64; 0 for other scenes |
-//! | 120 | the carrier's linewidth and the bandwidth of its envelope: 2 f32, Hz |
-//! | 128 | CRC-32 of all before |
+//! is an `i16` (I/Q: two). All numbers are little-endian. A header is a magic number of 4 bytes, a version u8, the structure
+//! [`Header`], zeros, and the CRC-32 of all before.
 
-use crate::bytes::{Reader, Writer};
-use crate::config;
 pub use crate::config::EncodingError;
+use crate::layout::{Field, Reader, VERSION, Writer, layout};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use picket_dsp::acquire::frontend::Timing;
 use picket_dsp::acquire::sample::Record;
-use picket_dsp::carrier::Carrier;
-use picket_dsp::config::{Config, Scene};
-use picket_dsp::solve::equations::Chirp;
+use picket_dsp::config::Config;
+use picket_dsp::spectrum::fft::twiddle::supported;
 
 /// The header, which precedes the samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,13 +32,30 @@ pub struct Header {
     pub config: Config,
 }
 
-const MAGIC: [u8; 4] = *b"PKCP";
-const VERSION: u8 = 5;
+layout! {
+    /// The header of a capture.
+    Header {
+        /// Records are I/Q pairs.
+        iq: bool,
+        /// Samples in a block.
+        n: u32,
+        /// Blocks in the file.
+        blocks: u32,
+        /// Samples from the start of one block to the start of the next.
+        stride: u32,
+        /// Microseconds between two blocks on an emulated board; 0 for a period long enough to lose none.
+        period_us: u32,
+        /// The configuration.
+        config: Config,
+    }
+}
+
+const MAGIC: [u8; 4] = *b"PKCQ";
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 impl Header {
     /// Length of a header, bytes.
-    pub const BYTES: usize = 20 + config::BYTES + 16 + 8 + 4;
+    pub const BYTES: usize = (4 + 1 + <Self as Field>::MOST + 4).next_multiple_of(4);
 
     /// The header for this configuration: records of kind `R`, blocks of `n` samples that follow
     /// each other without a pause.
@@ -71,21 +77,9 @@ impl Header {
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
         let mut bytes = [0; Self::BYTES];
         let mut writer = Writer::new(&mut bytes);
-        writer.put(MAGIC);
-        writer.put([VERSION, 0, 0, 0]);
-        for word in [self.blocks, self.stride, self.period_us] {
-            writer.u32(word);
-        }
-        config::put(&mut writer, self.iq, self.n, &self.config);
-        let (guard_s, curvature) = match self.config.scene {
-            Scene::Chirp(Chirp { guard_s, sweep_curvature, .. }) => (guard_s, sweep_curvature),
-            _ => (0.0, 0.0),
-        };
-        writer.f64(guard_s);
-        writer.f64(curvature);
-        let Carrier { linewidth_hz, envelope_hz } = self.config.carrier;
-        writer.f32(linewidth_hz);
-        writer.f32(envelope_hz);
+        MAGIC.put(&mut writer);
+        VERSION.put(&mut writer);
+        self.put(&mut writer);
         if let Some((body, last)) = bytes.split_last_chunk_mut() {
             *last = CRC.checksum(body).to_le_bytes();
         }
@@ -98,12 +92,11 @@ impl Header {
     /// The bytes are no capture, are of another version, are damaged, or a field has an unknown
     /// value.
     pub fn from_bytes(bytes: &[u8; Self::BYTES]) -> Result<Self, EncodingError> {
-        let mut reader = Reader(bytes);
-        if reader.take() != Some(MAGIC) {
+        let mut reader = Reader::new(bytes);
+        if Field::take(&mut reader) != Some(MAGIC) {
             return Err(EncodingError::Magic);
         }
-        let [version, _, _, _] = reader.take().ok_or(EncodingError::Field)?;
-        if version != VERSION {
+        if Field::take(&mut reader) != Some(VERSION) {
             return Err(EncodingError::Version);
         }
         if let Some((body, &last)) = bytes.split_last_chunk()
@@ -111,17 +104,8 @@ impl Header {
         {
             return Err(EncodingError::Checksum);
         }
-        let mut word = || reader.u32().ok_or(EncodingError::Field);
-        let (blocks, stride, period_us) = (word()?, word()?, word()?);
-        let (iq, n, mut config) = config::take(&mut reader)?;
-        let mut long = || reader.f64().ok_or(EncodingError::Field);
-        let (guard_s, curvature) = (long()?, long()?);
-        if let Scene::Chirp(chirp) = &mut config.scene {
-            (chirp.guard_s, chirp.sweep_curvature) = (guard_s, curvature);
-        }
-        let mut short = || reader.f32().ok_or(EncodingError::Field);
-        config.carrier = Carrier { linewidth_hz: short()?, envelope_hz: short()? };
-        Ok(Header { iq, n, blocks, stride, period_us, config })
+        let header = <Self as Field>::take(&mut reader).ok_or(EncodingError::Field)?;
+        if supported(header.n as usize) { Ok(header) } else { Err(EncodingError::Length) }
     }
 }
 
@@ -145,7 +129,9 @@ mod tests {
     use super::*;
     use picket_dsp::acquire::codes::Codes;
     use picket_dsp::acquire::sample::{Iq, Real};
+    use picket_dsp::config::Scene;
     use picket_dsp::solve::chirp::{Mixing, Shape};
+    use picket_dsp::solve::equations::Chirp;
 
     fn headers() -> [Header; 3] {
         let config = Config::new(48e3, Codes::signed::<16>());

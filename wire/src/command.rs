@@ -171,16 +171,6 @@ impl Request {
             (3, []) => Command::Stop,
             (4, []) => Command::GetSettings,
             (5, body) => {
-                if !matches!(
-                    body.len(),
-                    Settings::SHORT
-                        | Settings::LONG
-                        | Settings::WIDE
-                        | Settings::MODED
-                        | Settings::BYTES
-                ) {
-                    return unknown;
-                }
                 let (settings, n) = Settings::from_bytes(body)
                     .map_err(|error| (answer, Refusal::Settings(error.code())))?;
                 Command::SetSettings(settings, n)

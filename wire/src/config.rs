@@ -1,33 +1,13 @@
-//! A measurement's configuration as bytes: the part that captures and settings share.
-//!
-//! | offset | field |
-//! |---|---|
-//! | 0 | flags: u8, bit 0 I/Q records, bit 1 a band, bit 2 the less usual mixing |
-//! | 1 | method: u8 |
-//! | 2 | scene: u8, 0 tone, 1 Doppler, 2 chirp |
-//! | 3 | shape of a chirp: u8, 0 trapezoid, 1 triangle, 2 sawtooth |
-//! | 4 | bins on each side that least squares reads: u8 |
-//! | 5 | arithmetic: low 4 bits, 0 float, 1 fixed; effort: high 4 bits, 0 look, 1 one, 2 full |
-//! | 6 | tones followed: u8 |
-//! | 7 | blocks from search to search: u8 |
-//! | 8 | the converter's lowest and highest code: 2 i16 |
-//! | 12 | samples in a block: u32 |
-//! | 16 | rate, band's ends: 3 f64, Hz |
-//! | 40 | wavelength, angle or bandwidth, duration: 3 f64 |
-//! | 64 | probability of a false alarm: f64 |
-//! | 72 | what earlier trackers took: 2 f32, 0.05 and 0; rate of following: f32 |
-//!
-//! The usual mixing is tx-conj-rx for a chirp, and rx-conj-tx for a Doppler scene. Bit 2 is clear in what layouts without it
-//! have written, and these mean the usual one.
+//! A measurement's configuration, which captures and settings share.
 
-use crate::bytes::{Reader, Writer};
+use crate::layout::{Field, Form, Reader, Writer, choice, layout, named};
+use picket_dsp::acquire::burst::Trigger;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::carrier::Carrier;
 use picket_dsp::config::{Config, Following, Scene};
 use picket_dsp::methods::registry::Method;
 use picket_dsp::solve::chirp::{Mixing, Shape};
 use picket_dsp::solve::equations::Chirp;
-use picket_dsp::spectrum::fft::twiddle::supported;
 use picket_dsp::tone::arithmetic::Arithmetic;
 use picket_dsp::tone::effort::Effort;
 use picket_dsp::tone::fit::Reach;
@@ -70,115 +50,142 @@ impl EncodingError {
 
 impl core::error::Error for EncodingError {}
 
-/// Length of a configuration, bytes.
-pub(crate) const BYTES: usize = 84;
+named! {
+    Arithmetic: "arithmetic", |arithmetic| *arithmetic as u8, |number| match number {
+        0 => Some(Arithmetic::Float),
+        1 => Some(Arithmetic::Fixed),
+        _ => None,
+    }, |arithmetic| match arithmetic {
+        Arithmetic::Float => "float",
+        Arithmetic::Fixed => "fixed",
+    };
+    Effort: "effort", |effort| effort.number(), Effort::from_number, |effort| effort.name();
+    Shape: "shape", |shape| *shape as u8, |number| match number {
+        0 => Some(Shape::Trapezoid),
+        1 => Some(Shape::Triangle),
+        2 => Some(Shape::Sawtooth),
+        _ => None,
+    }, |shape| match shape {
+        Shape::Trapezoid => "trapezoid",
+        Shape::Triangle => "triangle",
+        Shape::Sawtooth => "sawtooth",
+    };
+    Mixing: "mixing", |mixing| *mixing as u8,
+        |number| Mixing::ALL.get(usize::from(number)).copied(), |mixing| mixing.name();
+    Reach: "reach", |reach| reach.bins() as u8, |number| match number {
+        4 => Some(Reach::Four),
+        8 => Some(Reach::Eight),
+        16 => Some(Reach::Sixteen),
+        _ => None,
+    }, |reach| match reach {
+        Reach::Four => "4",
+        Reach::Eight => "8",
+        Reach::Sixteen => "16",
+    };
+}
 
-/// Writes a configuration for records of this kind and length.
-pub(crate) fn put(writer: &mut Writer<'_>, iq: bool, n: u32, config: &Config) {
-    let (band, ends) = match config.band_hz {
-        Some((low, high)) => (true, [low, high]),
-        None => (false, [0.0; 2]),
-    };
-    let (scene, shape, scales) = match config.scene {
-        Scene::Tone => (0, 0, [0.0; 3]),
-        Scene::Doppler { wavelength_m, angle_rad, .. } => (1, 0, [wavelength_m, angle_rad, 0.0]),
-        Scene::Chirp(Chirp { shape, wavelength_m, bandwidth_hz, duration_s, .. }) => {
-            (2, shape as u8, [wavelength_m, bandwidth_hz, duration_s])
-        }
-        // A scene of a later library has no number here, and every reader refuses this one.
-        _ => (u8::MAX, 0, [0.0; 3]),
-    };
-    let (lowest, highest) = config.codes.rails();
-    let Following { rate_bins, most, refresh } = config.following;
-    let flags = u8::from(iq) | u8::from(band) << 1 | u8::from(unusual(config)) << 2;
-    writer.put([flags, config.method.id(), scene, shape]);
-    let how = config.arithmetic as u8 | config.effort.number() << 4;
-    writer.put([config.reach.bins() as u8, how, most, refresh]);
-    writer.i16(lowest);
-    writer.i16(highest);
-    writer.u32(n);
-    writer.f64(config.rate_hz);
-    for number in ends.into_iter().chain(scales) {
-        writer.f64(number);
+impl Field for Codes {
+    const FORM: Form = <(i16, i16)>::FORM;
+    const MOST: usize = <(i16, i16)>::MOST;
+
+    fn put(&self, writer: &mut Writer<'_>) {
+        self.rails().put(writer);
     }
-    writer.f64(config.false_alarm);
-    for number in [0.05, 0.0, rate_bins] {
-        writer.f32(number);
+
+    fn take(reader: &mut Reader<'_>) -> Option<Self> {
+        Field::take(reader).and_then(|(low, high)| Codes::between(low, high))
     }
 }
 
-/// Whether a scene has the less usual mixing.
-pub(crate) fn unusual(config: &Config) -> bool {
-    match config.scene {
-        Scene::Doppler { mixing, .. } => mixing != Mixing::RxConjTx,
-        Scene::Chirp(Chirp { mixing, .. }) => mixing != Mixing::TxConjRx,
-        _ => false,
+layout! {
+    /// A measurement's configuration.
+    Config {
+        /// Sample rate, Hz.
+        rate_hz: f64,
+        /// The converter's lowest and highest code.
+        codes: Codes,
+        /// The band to search, low end first, Hz.
+        band_hz: Option<(f64, f64)>,
+        /// The ranges that a target may have, low end first, m.
+        range_m: Option<(f64, f64)>,
+        /// The velocities that a target may have, low end first, m/s.
+        velocity_mps: Option<(f64, f64)>,
+        /// Method of estimation.
+        method: Method,
+        /// Bins on each side that least squares reads.
+        reach: Reach,
+        /// Arithmetic of least squares.
+        arithmetic: Arithmetic,
+        /// Effort spent on a line that is not a steady tone.
+        effort: Effort,
+        /// Probability of a false alarm, for each block.
+        false_alarm: f64,
+        /// What the samples are taken of.
+        scene: Scene,
+        /// How tones are followed.
+        following: Following,
+        /// The width of the tone itself.
+        carrier: Carrier,
+    }
+
+    /// A chirp.
+    Chirp {
+        /// Shape of the ramps.
+        shape: Shape,
+        /// Wavelength of the carrier, m.
+        wavelength_m: f64,
+        /// How far a ramp rises, Hz.
+        bandwidth_hz: f64,
+        /// Duration of a segment, s.
+        duration_s: f64,
+        /// Time from a segment's start to its first sample, s.
+        guard_s: f64,
+        /// The signal that the receiver conjugates.
+        mixing: Mixing,
+        /// Curvature of the sweep, of the bandwidth; 0 for straight ramps.
+        sweep_curvature: f64,
+    }
+
+    /// How tones are followed.
+    Following {
+        /// Sigma of a new target's rate, bins per block.
+        rate_bins: f32,
+        /// Tones followed at once, 0 to 4.
+        most: u8,
+        /// One block in so many is searched whole; 0 or 1 searches all.
+        refresh: u8,
+    }
+
+    /// The width of the tone itself.
+    Carrier {
+        /// Linewidth, Hz.
+        linewidth_hz: f32,
+        /// Bandwidth of the envelope, Hz.
+        envelope_hz: f32,
+    }
+
+    /// When a burst begins and ends.
+    Trigger {
+        /// Energy over that of the noise at which a burst begins; none for the usual one.
+        ratio: Option<f32>,
+        /// Samples after a record in which no burst begins.
+        hold_off: u32,
+        /// Least energy per sample, squared codes.
+        least: u32,
     }
 }
 
-/// Reads a configuration: whether the records are I/Q, their length and the rest. The caller checks
-/// it further.
-pub(crate) fn take(reader: &mut Reader<'_>) -> Result<(bool, u32, Config), EncodingError> {
-    let (iq, n, config) = fields(reader).ok_or(EncodingError::Field)?;
-    if supported(n as usize) { Ok((iq, n, config)) } else { Err(EncodingError::Length) }
-}
-
-fn fields(reader: &mut Reader<'_>) -> Option<(bool, u32, Config)> {
-    let [flags, method, scene, shape] = reader.take()?;
-    let [reach, how, most, refresh] = reader.take()?;
-    let (lowest, highest) = (reader.i16()?, reader.i16()?);
-    let n = reader.u32()?;
-    let rate_hz = reader.f64()?;
-    let (low, high) = (reader.f64()?, reader.f64()?);
-    let (wavelength_m, second, third) = (reader.f64()?, reader.f64()?, reader.f64()?);
-    let false_alarm = reader.f64()?;
-    let (_, _, rate_bins) = (reader.f32()?, reader.f32()?, reader.f32()?);
-    let unusual = flags & 4 != 0;
-    let shape = match shape {
-        0 => Shape::Trapezoid,
-        1 => Shape::Triangle,
-        2 => Shape::Sawtooth,
-        _ => return None,
-    };
-    let config = Config {
-        rate_hz,
-        codes: Codes::between(lowest, highest)?,
-        band_hz: (flags & 2 != 0).then_some((low, high)),
-        method: Method::from_u8(method)?,
-        reach: match reach {
-            4 => Reach::Four,
-            8 => Reach::Eight,
-            16 => Reach::Sixteen,
-            _ => return None,
+choice! {
+    Scene {
+        0 Tone {},
+        1 Doppler {
+            /// Wavelength, m.
+            wavelength_m: f64,
+            /// Angle between beam and motion, radians.
+            angle_rad: f64,
+            /// The signal that the receiver conjugates.
+            mixing: Mixing,
         },
-        arithmetic: match how & 15 {
-            0 => Arithmetic::Float,
-            1 => Arithmetic::Fixed,
-            _ => return None,
-        },
-        effort: Effort::from_number(how >> 4)?,
-        false_alarm,
-        range_m: None,
-        velocity_mps: None,
-        scene: match scene {
-            0 => Scene::Tone,
-            1 => Scene::Doppler {
-                wavelength_m,
-                angle_rad: second,
-                mixing: if unusual { Mixing::TxConjRx } else { Mixing::RxConjTx },
-            },
-            2 => Scene::Chirp(Chirp {
-                shape,
-                wavelength_m,
-                bandwidth_hz: second,
-                duration_s: third,
-                mixing: if unusual { Mixing::RxConjTx } else { Mixing::TxConjRx },
-                ..Chirp::default()
-            }),
-            _ => return None,
-        },
-        following: Following { rate_bins, most, refresh },
-        carrier: Carrier::default(),
-    };
-    Some((flags & 1 != 0, n, config))
+        2 Chirp(chirp: Chirp),
+    }
 }

@@ -10,11 +10,12 @@
 //! - [`telemetry`] is a measurement, [`lines`] all tones of a block, [`burst`] one burst, [`sum`] what a record adds up, [`follow`] tracks and targets, [`status`] counters, load and raw
 //!   samples, [`boot`] what an instrument says at its start.
 //! - [`command`] is what a host asks and how an instrument answers; [`settings`] is what a host sets,
-//!   and [`settings_error`] why a board refuses it; [`stored`] is what flash keeps of it.
+//!   and [`settings_error`] why a board refuses it.
 //! - [`capture`] is a recording with its configuration, in one file.
 //!
-//! All numbers are little-endian. Every layout that may grow has a version. The crate has no `std`,
-//! allocates nothing and cannot panic.
+//! - [`layout`] is how each of them is described, once, and how fields are added.
+//!
+//! The crate has no `std`, allocates nothing and cannot panic.
 #![no_std]
 #![cfg_attr(
     not(test),
@@ -24,9 +25,9 @@
 #[cfg(test)]
 extern crate std;
 
+mod answers;
 pub mod boot;
 pub mod burst;
-mod bytes;
 pub mod capture;
 pub mod cobs;
 pub mod command;
@@ -34,10 +35,10 @@ mod config;
 pub mod follow;
 pub mod frame;
 pub mod fundamental;
+pub mod layout;
 pub mod lines;
 pub mod settings;
 pub mod settings_error;
 pub mod status;
-pub mod stored;
 pub mod sum;
 pub mod telemetry;

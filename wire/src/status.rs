@@ -1,12 +1,11 @@
 //! The state of an instrument, about once a second: counters, load and memory. Also raw samples.
 
 use super::frame::{self, Frame, Kind, WIRE};
-use crate::bytes::{Reader, Writer};
+use crate::layout::{Field, Reader, layout, record};
 use heapless::Vec;
 use picket_dsp::acquire::frontend::Counters;
 
-/// The status. On the wire it is a version and then fourteen words, little-endian, in the order of
-/// the fields. The last word is missing in the first programs' statuses, and is then 0.
+/// The status.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Status {
     /// The front end's counters.
@@ -27,59 +26,27 @@ pub struct Status {
     pub peak: u32,
 }
 
-const VERSION: u8 = 1;
-const WORDS: usize = 14;
-
-impl Status {
-    /// The words, in the order of the wire.
-    fn words(&mut self) -> [&mut u32; WORDS] {
-        let Self { counters, dropped, refused, load, stack, longest, peak } = self;
-        let Counters { blocks, overruns, missed, late, broken, spurious, dma_errors, adc_overruns } =
-            counters;
-        [
-            blocks,
-            overruns,
-            missed,
-            late,
-            broken,
-            spurious,
-            dma_errors,
-            adc_overruns,
-            dropped,
-            refused,
-            load,
-            stack,
-            longest,
-            peak,
-        ]
-    }
-
-    /// The status as a frame.
-    pub fn to_frame(&self) -> Vec<u8, WIRE> {
-        let mut bytes = [0; 1 + 4 * WORDS];
-        let mut writer = Writer::new(&mut bytes);
-        writer.put([VERSION]);
-        for word in { *self }.words() {
-            writer.u32(*word);
-        }
-        frame::encode(Kind::Status, &bytes).unwrap_or_default()
-    }
-
-    /// The status in a frame; `None` if the frame holds none. Bytes appended by a later version are
-    /// ignored.
-    pub fn from_frame(frame: &Frame) -> Option<Self> {
-        let (&VERSION, rest) = frame.payload.split_first()? else { return None };
-        let (words, _) = rest.as_chunks();
-        if frame.kind != Kind::Status || words.len() < WORDS - 1 {
-            return None;
-        }
-        let mut status = Self::default();
-        for (place, &word) in status.words().into_iter().zip(words) {
-            *place = u32::from_le_bytes(word);
-        }
-        Some(status)
+layout! {
+    /// Counters, load and memory of an instrument, once a second.
+    Status {
+        /// The front end's counters.
+        counters: Counters,
+        /// Frames dropped because the line had no room.
+        dropped: u32,
+        /// Frames from the host that were damaged or not understood.
+        refused: u32,
+        /// Share of the time since the last status in which the core was awake, in thousandths.
+        load: u32,
+        /// Largest stack so far, bytes.
+        stack: u32,
+        /// Longest time since the last status from taking a block to its measurement, ticks.
+        longest: u32,
+        /// Share of its block's duration that this longest measurement took, in thousandths.
+        peak: u32,
     }
 }
+
+record!(Status, Status, |_| true);
 
 /// A piece of a block's raw samples.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -107,9 +74,10 @@ impl Raw {
 
     /// The piece in a frame; `None` if the frame holds none.
     pub fn from_frame(frame: &Frame) -> Option<Self> {
-        let mut reader = Reader(&frame.payload);
-        let (sequence, offset) = (reader.u32()?, reader.u16()?);
-        let bytes = Vec::from_slice(reader.0).ok()?;
+        let (head, samples) = frame.payload.split_first_chunk::<6>()?;
+        let mut reader = Reader::new(head);
+        let (sequence, offset) = (u32::take(&mut reader)?, u16::take(&mut reader)?);
+        let bytes = Vec::from_slice(samples).ok()?;
         (frame.kind == Kind::Raw).then_some(Self { sequence, offset, bytes })
     }
 }

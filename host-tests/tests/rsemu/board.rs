@@ -2,16 +2,16 @@
 
 use super::source;
 use picket_dsp::pipeline::Measurement;
-use picket_firmware::instrument::storage::{self, PAGE, Page, Payload, Storage};
+use picket_firmware::instrument::storage::{self, PAGE, Page, Storage};
 use picket_firmware::nucleo_f446re::N;
 use picket_host::device::{Listener, Said};
 use picket_host::toolchain::ToolError;
 use picket_host::{board, flash};
+use picket_instrument::words::payload;
 use picket_wire::boot::Boot;
 use picket_wire::command::{Command, Refusal, Request};
 use picket_wire::settings::Settings;
 use picket_wire::status::Status;
-use picket_wire::stored;
 use picket_wire::telemetry::Telemetry;
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Write};
@@ -104,14 +104,7 @@ impl Sectors {
     /// What the board would load.
     pub fn settings(&self) -> Option<Settings> {
         let (_, _, payload) = storage::load(self)?;
-        Some(stored::decode(&payload).unwrap().0)
-    }
-
-    /// Saves settings as programs before version 3 did: no further words.
-    pub fn save_earlier(&mut self, settings: &Settings) {
-        let bytes = settings.to_bytes(N);
-        assert_eq!(bytes.len(), Settings::SHORT);
-        storage::save(self, &Payload::from_slice(&bytes).unwrap()).unwrap();
+        Some(Settings::from_bytes(&payload).unwrap().0)
     }
 
     /// Saves settings as the board does.
@@ -121,7 +114,7 @@ impl Sectors {
 
     /// Saves settings as a program for blocks of `n` samples does.
     pub fn save_of(&mut self, n: usize, settings: &Settings) {
-        storage::save(self, &stored::encode(settings, n, &[])).unwrap();
+        storage::save(self, &payload(settings, n)).unwrap();
     }
 }
 

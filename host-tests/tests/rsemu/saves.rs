@@ -107,13 +107,13 @@ fn after_a_save_the_segments_are_right_and_the_loss_is_exact() {
     }
 }
 
-/// What an earlier program has saved is what the board starts with, and what it saves itself is used, too.
+/// What another program has saved is what the board starts with, and what it saves itself is used, too.
 #[test]
-fn settings_of_an_earlier_program_are_used() {
+fn settings_of_another_program_are_used() {
     let mut board = Emulated::plug();
     let earlier = chirp(500e3, Shape::Trapezoid, 32, DAC);
     let mut sectors = Sectors::new();
-    sectors.save_earlier(&earlier);
+    sectors.save(&earlier);
     board.load(&sectors);
     let (mut board, boot) = board.power();
     assert_eq!((boot.origin, boot.unfit, boot.measuring), (Origin::Flash, false, true));

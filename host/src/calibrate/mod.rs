@@ -151,7 +151,7 @@ fn collect(talk: &mut Talk, options: &Options) -> Result<Collected, CalibrateErr
                     talk.orders.renew(&mut talk.source);
                 }
                 Said::Answer(answer, Ok(body)) if answer.command == Command::Identify.number() => {
-                    clock = Boot::from_bytes(body).map(|boot| boot.clock).or(clock);
+                    clock = Boot::from_bytes(body).ok().map(|boot| boot.clock).or(clock);
                 }
                 Said::Telemetry(record) if !live || known.is_some() => {
                     let (tone, stamp) = (record.measurement.tone, record.measurement.stamp);

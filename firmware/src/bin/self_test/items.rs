@@ -15,9 +15,9 @@ use picket_firmware::nucleo_f446re::words::guard::{LSI_HZ, WATCHDOG, brown_out};
 use picket_firmware::nucleo_f446re::words::quiet::Quiet;
 use picket_firmware::nucleo_f446re::words::sampling::BLOCK_CYCLES;
 use picket_firmware::nucleo_f446re::{N, Nucleo, chirp, gauge, registers, start, storage::Flash};
+use picket_instrument::words::payload;
 use picket_wire::boot::{Causes, Clock};
 use picket_wire::settings::{Drive, Settings};
-use picket_wire::stored;
 use static_cell::ConstStaticCell;
 
 /// The tools of an item.
@@ -279,16 +279,15 @@ fn since(bench: &Bench, begun: u32) -> u32 {
     ticks.checked_div(bench.board.ticks_hz() / 1_000).unwrap_or(0)
 }
 
-/// Settings that no other program saves, stored beside the present ones.
-fn marked(before: &[u8]) -> Payload {
-    stored::encode(&Settings { start: false, ..tone_at(12_345.0, 180) }, N, before)
+/// Settings that no other program saves.
+fn marked() -> Payload {
+    payload(&Settings { start: false, ..tone_at(12_345.0, 180) }, N)
 }
 
 fn save(bench: &mut Bench) -> Outcome {
-    let before = storage::load(&Flash).map(|(_, _, before)| before).unwrap_or_default();
     let begun = bench.board.ticks();
     bench.board.feed();
-    let saved = storage::save(&mut Flash, &marked(&before)).is_ok();
+    let saved = storage::save(&mut Flash, &marked()).is_ok();
     let milliseconds = since(bench, begun);
     bench.board.feed();
     (saved, Line::new("settings saved in ").number(milliseconds).text(" ms"))
@@ -298,9 +297,8 @@ fn reload(bench: &mut Bench) -> Outcome {
     let loaded = storage::load(&Flash).map(|(_, _, loaded)| loaded);
     // The former settings lie in the other page.
     let former = storage::before(&Flash);
-    let marked = marked(former.as_deref().unwrap_or(&[]));
-    let found = loaded.is_some_and(|loaded| loaded == marked);
-    let former = former.unwrap_or_else(|| stored::encode(&Settings::default(), N, &[]));
+    let found = loaded.is_some_and(|loaded| loaded == marked());
+    let former = former.unwrap_or_else(|| payload(&Settings::default(), N));
     bench.board.feed();
     let back = found && storage::save(&mut Flash, &former).is_ok();
     bench.board.feed();
