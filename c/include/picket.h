@@ -56,23 +56,24 @@ const char *picket_status_message(picket_status status);
 
 /* ---- Verdicts ---- */
 
-/* What is known against a number. The order of severity is: good, moving, near-edge, clipped, unresolved, image, gap,
-   weak, ambiguous, front-end, no-signal, wrong-codes, coasting. */
+/* made by lab schema: verdicts */
+/* What is known against a number. The order of severity is: good, moving, near-edge, clipped, unresolved, image, gap, weak, ambiguous, front-end, no-signal, wrong-codes, coasting. */
 enum {
-    PICKET_GOOD = 0,        /* one steady tone: sigma is its error */
-    PICKET_NEAR_EDGE = 1,   /* beside 0 Hz or half the rate, or outside of the band */
-    PICKET_CLIPPED = 2,     /* samples touch a rail: within sigma */
-    PICKET_UNRESOLVED = 3,  /* more than one tone in the line */
-    PICKET_GAP = 4,         /* samples were lost before the block: within sigma */
-    PICKET_WEAK = 5,        /* it may be noise */
-    PICKET_NO_SIGNAL = 6,   /* nothing in the band */
-    PICKET_WRONG_CODES = 7, /* samples beyond the rails that were stated */
-    PICKET_MOVING = 8,      /* it changes within the block: the mean, within sigma */
-    PICKET_IMAGE = 9,       /* I and Q do not match: the sign may be wrong */
-    PICKET_FRONT_END = 10,  /* codes wrap, or samples changed places: it may be another line */
-    PICKET_AMBIGUOUS = 11,  /* the beats of a chirp fit several targets, and nothing decides */
-    PICKET_COASTING = 12    /* not measured in this block: the track's prediction */
+    PICKET_GOOD = 0, /* One steady tone: the error is as sigma says. */
+    PICKET_NEAR_EDGE = 1, /* The tone is so near DC or Nyquist that an offset or its mirror image disturbs it, or it lies outside of the band. */
+    PICKET_CLIPPED = 2, /* Samples touch the converter's rails: lower the gain. */
+    PICKET_UNRESOLVED = 3, /* There is more than one tone in the line: sigma covers what is seen of it. */
+    PICKET_GAP = 4, /* Samples were lost just before this block. */
+    PICKET_WEAK = 5, /* The line is too weak, or too near DC or Nyquist, to be told from noise. */
+    PICKET_NO_SIGNAL = 6, /* There is nothing in the band. */
+    PICKET_WRONG_CODES = 7, /* Samples lie beyond the rails that were stated: the converter's codes are others. */
+    PICKET_MOVING = 8, /* The tone's frequency or level changes within the block: the frequency is the mean over it. */
+    PICKET_IMAGE = 9, /* The two channels do not belong together: the frequency may have the wrong sign. */
+    PICKET_FRONT_END = 10, /* The lines are those of codes that wrap, or of samples that changed places: the tone may be another one. */
+    PICKET_AMBIGUOUS = 11, /* The beats fit several targets: a bound of range or velocity, or the next chirp, decides. */
+    PICKET_COASTING = 12, /* The block did not measure the tone: this is the track's prediction. */
 };
+/* end */
 /* What a number may be used for. */
 enum {
     PICKET_USABLE_YES = 0,
@@ -89,190 +90,217 @@ uint8_t picket_verdict_is_among(uint8_t verdict, uint8_t also);
 
 /* ---- What comes out ---- */
 
+/* made by lab schema: structures out */
 /* One measured tone. */
 typedef struct picket_tone {
     double frequency_hz; /* I/Q: minus to plus half the rate; real: 0 to half the rate */
-    double sigma_hz;     /* one standard deviation of it */
-    float snr;           /* signal-to-noise ratio per sample, a power ratio: 10 log10 of it is dB */
-    float amplitude;     /* ADC codes */
-    uint32_t clipped;    /* samples of the block that touch a rail */
-    uint8_t verdict;     /* the most severe that applies */
-    uint8_t also;        /* the others: picket_verdict_is_among */
+    double sigma_hz; /* one standard deviation of it */
+    float snr; /* signal-to-noise ratio per sample, a power ratio: 10 log10 of it is dB */
+    float amplitude; /* ADC codes */
+    uint32_t clipped; /* samples of the block that touch a rail */
+    uint8_t verdict; /* the most severe that applies */
+    uint8_t also; /* the others: picket_verdict_is_among */
     uint8_t reserved[2];
 } picket_tone;
 
 /* One of a block's tones, with its phase. */
 typedef struct picket_line {
-    picket_tone tone;
+    picket_tone tone; /* the tone */
     float phase_rad; /* at sample N/2: amplitude * cos(phase + 2 pi f (n - N/2) / rate) */
-    float sigma_phase_rad;
+    float sigma_phase_rad; /* one standard deviation of it */
 } picket_line;
 
-/* A target that fits the beats as others do. */
+/* A target that fits the beats of a chirp as others do. */
 typedef struct picket_candidate {
-    double range_m;
-    double velocity_mps;
+    double range_m; /* range */
+    double velocity_mps; /* positive when approaching */
     double odds; /* its probability, 0 to 1 */
 } picket_candidate;
-enum { PICKET_CANDIDATES = 4 };
+enum {
+    PICKET_CANDIDATES = 4
+};
 
 /* A range and a velocity; of a Doppler shift a velocity alone. */
 typedef struct picket_target {
-    double range_m;
-    double velocity_mps;       /* positive when approaching; of real samples the speed; NaN if it is not known */
-    picket_candidate candidates[PICKET_CANDIDATES]; /* the most probable first, if `ambiguity` is PICKET_SEVERAL */
-    float sigma_range_m;
-    float sigma_velocity_mps;
-    uint32_t track;            /* low bits of the number of the track it comes from; 0 without a tracker */
-    uint8_t verdict;
-    uint8_t ambiguity;         /* PICKET_UNIQUE, PICKET_SEVERAL, PICKET_COUPLED or what decided */
-    uint8_t count;             /* of the candidates */
+    double range_m; /* range */
+    double velocity_mps; /* positive when approaching; of real samples the speed; NaN if it is not known */
+    picket_candidate candidates[4]; /* the most probable first, if `ambiguity` is PICKET_SEVERAL */
+    float sigma_range_m; /* one standard deviation of the range */
+    float sigma_velocity_mps; /* one standard deviation of the velocity */
+    uint32_t track; /* low bits of the number of the track it comes from; 0 without a tracker */
+    uint8_t verdict; /* the most severe that applies */
+    uint8_t ambiguity; /* PICKET_UNIQUE, PICKET_SEVERAL, PICKET_COUPLED or what decided */
+    uint8_t count; /* of the candidates */
     uint8_t reserved;
 } picket_target;
 enum {
     PICKET_UNIQUE = 0,
-    PICKET_SEVERAL = 1,       /* the beats fit several targets: the verdict is PICKET_AMBIGUOUS */
-    PICKET_COUPLED = 2,       /* a sawtooth: the range of a target at rest, and no velocity */
-    PICKET_BY_BOUND = 3,      /* the bounds of range and velocity decided */
+    PICKET_SEVERAL = 1, /* the beats fit several targets: the verdict is PICKET_AMBIGUOUS */
+    PICKET_COUPLED = 2, /* a sawtooth: the range of a target at rest, and no velocity */
+    PICKET_BY_BOUND = 3, /* the bounds of range and velocity decided */
     PICKET_BY_LAST_CHIRP = 4, /* the chirp before decided */
-    PICKET_BY_LEVELS = 5      /* the levels of the lines decided */
+    PICKET_BY_LEVELS = 5 /* the levels of the lines decided */
 };
 
 /* A tone, and what it amounts to. */
 typedef struct picket_measurement {
-    picket_tone tone;
-    picket_target target;
+    picket_tone tone; /* the strongest tone of the block */
+    picket_target target; /* what it amounts to */
     uint8_t outcome; /* PICKET_OUTCOME_...: what of `target` holds */
     uint8_t reserved[7];
 } picket_measurement;
 enum {
-    PICKET_OUTCOME_NONE = 0,     /* a tone; or the chirp is incomplete */
+    PICKET_OUTCOME_NONE = 0, /* a tone; or the chirp is incomplete */
     PICKET_OUTCOME_VELOCITY = 1, /* velocity_mps, sigma_velocity_mps, verdict */
-    PICKET_OUTCOME_TARGET = 2    /* all of it */
+    PICKET_OUTCOME_TARGET = 2 /* all of it */
 };
 
 /* A tone that is followed from block to block. */
 typedef struct picket_track {
     picket_tone tone; /* as filtered; `clipped` is 0 */
-    float rate_hz_per_block;
-    uint32_t number;
-    uint32_t age;   /* blocks since it was first seen */
-    uint8_t state;  /* PICKET_TENTATIVE, PICKET_HELD or PICKET_LOST */
+    float rate_hz_per_block; /* rate of its frequency */
+    uint32_t number; /* its number, which no other track gets */
+    uint32_t age; /* blocks since it was first seen */
+    uint8_t state; /* PICKET_TENTATIVE, PICKET_HELD or PICKET_LOST */
     uint8_t misses; /* blocks since it was last seen */
     uint8_t reserved[2];
 } picket_track;
-enum { PICKET_TENTATIVE = 0, PICKET_HELD = 1, PICKET_LOST = 2 };
+enum {
+    PICKET_TENTATIVE = 0,
+    PICKET_HELD = 1,
+    PICKET_LOST = 2
+};
+
+/* What a sum of blocks shows. */
+typedef struct picket_accumulated {
+    picket_tone tone; /* `clipped` is 0 */
+    float ln_chance; /* natural logarithm of the probability that noise alone has such a line */
+    uint32_t blocks; /* blocks of the sum */
+} picket_accumulated;
+
+/* A burst: a tone with an envelope, as of a particle that crosses a beam. */
+typedef struct picket_burst {
+    picket_tone tone; /* amplitude and snr at the envelope's top; `clipped` is 0 */
+    double arrival; /* the middle of the envelope, samples since the stream's first */
+    float deviation; /* standard deviation of the Gaussian envelope, samples */
+    uint8_t validation; /* PICKET_VALID, or what is known against it */
+    uint8_t reserved[3];
+} picket_burst;
+enum {
+    PICKET_VALID = 0, /* one particle; its tone is good */
+    PICKET_TWO_PARTICLES = 1, /* more than one at once */
+    PICKET_FEW_CYCLES = 2, /* fewer than four between the points at which the power is down by exp(-2) */
+    PICKET_SHORT = 3, /* shorter than a thirtieth of a record: take shorter records, or a higher rate */
+    PICKET_LONG = 4, /* longer than two fifths of a record: take longer records */
+    PICKET_BURST_WEAK = 5, /* noise, or a particle outside of the fringes */
+    PICKET_BURST_CLIPPED = 6 /* more than 1 % of its samples touch a rail */
+};
+
+/* What was counted in a stream of bursts. */
+typedef struct picket_counts {
+    uint64_t samples; /* taken */
+    uint64_t dead; /* in which no burst could begin */
+    uint32_t bursts; /* that a record was cut around, noise that looked like one included */
+    uint32_t lost; /* that ended while the record of another was not complete */
+    uint32_t longer; /* signals too long for a burst */
+    uint32_t reserved;
+} picket_counts;
+/* end */
+const char *picket_validation_name(uint8_t validation); /* "valid", "two-particles"; never NULL */
 
 /* ---- What goes in ---- */
 
-/* Zeros are the library's own choice, but for the rate and the codes. */
+/* made by lab schema: structures in */
+/* What a user sets. Zeros are the library's own choice, but for the rate and the codes. */
 typedef struct picket_config {
-    double rate_hz;                   /* samples per second */
-    double band_low_hz, band_high_hz; /* the band searched; both 0: the whole spectrum */
-    double false_alarm;               /* probability that a block of noise passes for a tone */
-    int16_t low_code, high_code;      /* the converter's rails: 0 and 4095 for 12 bits */
-    uint8_t arithmetic;               /* PICKET_ARITHMETIC_... */
-    uint8_t reach;                    /* bins on each side that the fit reads: 4, 8, 16; 0 is 16 */
+    double rate_hz; /* samples per second */
+    double band_low_hz; /* the band searched; both 0: the whole spectrum */
+    double band_high_hz; /* the band searched; both 0: the whole spectrum */
+    double false_alarm; /* probability that a block of noise passes for a tone */
+    int16_t low_code; /* the converter's rails: 0 and 4095 for 12 bits */
+    int16_t high_code; /* the converter's rails: 0 and 4095 for 12 bits */
+    uint8_t arithmetic; /* PICKET_ARITHMETIC_... */
+    uint8_t reach; /* bins on each side that the fit reads: 4, 8, 16; 0 is 16 */
     uint8_t reserved[2];
 } picket_config;
 enum {
     PICKET_ARITHMETIC_OF_CORE = 0, /* integers without a floating-point unit, floats with one */
-    PICKET_ARITHMETIC_FLOAT = 1,   /* not on a core without a floating-point unit */
-    PICKET_ARITHMETIC_FIXED = 2    /* not on a core with one, but on a desk */
+    PICKET_ARITHMETIC_FLOAT = 1, /* not on a core without a floating-point unit */
+    PICKET_ARITHMETIC_FIXED = 2 /* not on a core with one, but on a desk */
 };
 
 /* What the samples were taken of. */
 typedef struct picket_scene {
-    double wavelength_m;    /* Doppler and chirp */
-    double angle_rad;       /* Doppler: between beam and motion */
-    double bandwidth_hz;    /* chirp: how far a ramp rises */
-    double duration_s;      /* chirp: of each segment */
-    double guard_s;         /* chirp: from a segment's start to its first sample */
+    double wavelength_m; /* Doppler and chirp */
+    double angle_rad; /* Doppler: between beam and motion */
+    double bandwidth_hz; /* chirp: how far a ramp rises */
+    double duration_s; /* chirp: of each segment */
+    double guard_s; /* chirp: from a segment's start to its first sample */
     double sweep_curvature; /* chirp: 0 for straight ramps */
-    double range_low_m, range_high_m;           /* chirp: what a target may have; both 0: not known */
-    double velocity_low_mps, velocity_high_mps; /* chirp: likewise; positive when approaching */
-    uint8_t kind;           /* PICKET_SCENE_... */
-    uint8_t shape;          /* chirp: PICKET_TRAPEZOID, PICKET_TRIANGLE or PICKET_SAWTOOTH */
-    uint8_t mixing;         /* I/Q: PICKET_TX_CONJ_RX or PICKET_RX_CONJ_TX */
+    double range_low_m; /* chirp: what a target may have; both 0: not known */
+    double range_high_m; /* chirp: what a target may have; both 0: not known */
+    double velocity_low_mps; /* chirp: likewise; positive when approaching */
+    double velocity_high_mps; /* chirp: likewise; positive when approaching */
+    uint8_t kind; /* PICKET_SCENE_... */
+    uint8_t shape; /* chirp: PICKET_TRAPEZOID, PICKET_TRIANGLE or PICKET_SAWTOOTH */
+    uint8_t mixing; /* I/Q: PICKET_TX_CONJ_RX or PICKET_RX_CONJ_TX */
     uint8_t reserved[5];
 } picket_scene;
-enum { PICKET_SCENE_TONE = 0, PICKET_SCENE_DOPPLER = 1, PICKET_SCENE_CHIRP = 2 };
-enum { PICKET_TRAPEZOID = 0, PICKET_TRIANGLE = 1, PICKET_SAWTOOTH = 2 };
+enum {
+    PICKET_SCENE_TONE = 0,
+    PICKET_SCENE_DOPPLER = 1,
+    PICKET_SCENE_CHIRP = 2
+};
+enum {
+    PICKET_TRAPEZOID = 0,
+    PICKET_TRIANGLE = 1,
+    PICKET_SAWTOOTH = 2
+};
 enum {
     PICKET_TX_CONJ_RX = 0, /* an approaching target's Doppler shift is negative */
-    PICKET_RX_CONJ_TX = 1  /* it is positive */
+    PICKET_RX_CONJ_TX = 1 /* it is positive */
 };
 
 /* How tones are followed. */
 typedef struct picket_following {
-    float rate_bins;     /* sigma of a new target's rate, bins per block; 0 is 2 */
-    uint8_t most;        /* tones followed at once, 1 to 4; 0 is 1 */
-    uint8_t refresh;     /* one block in so many is searched whole while one tone is locked; 0 searches all */
+    float rate_bins; /* sigma of a new target's rate, bins per block; 0 is 2 */
+    uint8_t most; /* tones followed at once, 1 to 4; 0 is 1 */
+    uint8_t refresh; /* one block in so many is searched whole while one tone is locked; 0 searches all */
     uint8_t reserved[2];
 } picket_following;
 
 /* What an accumulator adds: the spectra of many blocks without their phases, for echoes too weak for one. */
 typedef struct picket_accumulating {
     double false_alarm; /* probability for each sum that noise passes for a tone; 0 is 1e-6 */
-    float drift_bins;   /* the line moves by so many bins from block to block */
-    uint32_t blocks;    /* of a sum: 1 to 65,536 */
-    uint8_t segment;    /* of a chirp, whose other blocks are passed over; PICKET_CONTINUOUS adds all */
+    float drift_bins; /* the line moves by so many bins from block to block */
+    uint32_t blocks; /* of a sum: 1 to 65,536 */
+    uint8_t segment; /* of a chirp, whose other blocks are passed over; PICKET_CONTINUOUS adds all */
     uint8_t reserved[7];
 } picket_accumulating;
 
-/* What a sum of blocks shows. */
-typedef struct picket_accumulated {
-    picket_tone tone; /* `clipped` is 0 */
-    float ln_chance;  /* natural logarithm of the probability that noise alone has such a line */
-    uint32_t blocks;
-} picket_accumulated;
-
 /* When a burst begins and ends. Zeros are the library's own choice. */
 typedef struct picket_trigger {
-    float ratio;       /* energy of an eighth of a record over that of the noise at which it begins; 0: by the noise's scatter */
+    float ratio; /* energy of an eighth of a record over that of the noise at which it begins; 0: by the noise's scatter */
     uint32_t hold_off; /* samples after a record in which no burst begins */
-    uint32_t least;    /* the least energy per sample, squared codes, however quiet the noise is */
+    uint32_t least; /* the least energy per sample, squared codes, however quiet the noise is */
     uint32_t reserved;
 } picket_trigger;
 
-/* A burst: a tone with an envelope, as of a particle that crosses a beam. */
-typedef struct picket_burst {
-    picket_tone tone;   /* amplitude and snr at the envelope's top; `clipped` is 0 */
-    double arrival;     /* the middle of the envelope, samples since the stream's first */
-    float deviation;    /* standard deviation of the Gaussian envelope, samples */
-    uint8_t validation; /* PICKET_VALID, or what is known against it */
-    uint8_t reserved[3];
-} picket_burst;
-enum {
-    PICKET_VALID = 0,         /* one particle; its tone is good */
-    PICKET_TWO_PARTICLES = 1, /* more than one at once */
-    PICKET_FEW_CYCLES = 2,    /* fewer than four between the points at which the power is down by exp(-2) */
-    PICKET_SHORT = 3,         /* shorter than a thirtieth of a record: take shorter records, or a higher rate */
-    PICKET_LONG = 4,          /* longer than two fifths of a record: take longer records */
-    PICKET_BURST_WEAK = 5,    /* noise, or a particle outside of the fringes */
-    PICKET_BURST_CLIPPED = 6  /* more than 1 % of its samples touch a rail */
-};
-const char *picket_validation_name(uint8_t validation); /* "valid", "two-particles"; never NULL */
-
-/* What was counted in a stream of bursts. */
-typedef struct picket_counts {
-    uint64_t samples; /* taken */
-    uint64_t dead;    /* in which no burst could begin */
-    uint32_t bursts;  /* that a record was cut around, noise that looked like one included */
-    uint32_t lost;    /* that ended while the record of another was not complete */
-    uint32_t longer;  /* signals too long for a burst */
-    uint32_t reserved;
-} picket_counts;
-
 /* Where and when a block was taken. */
 typedef struct picket_stamp {
-    uint64_t clock;    /* samples since the start */
+    uint64_t clock; /* samples since the start */
     uint32_t sequence; /* the block's number; lost blocks count */
-    uint8_t segment;   /* PICKET_CONTINUOUS, PICKET_UP, PICKET_FLAT or PICKET_DOWN */
-    uint8_t gap;       /* 1 if samples are missing before this block */
+    uint8_t segment; /* PICKET_CONTINUOUS, PICKET_UP, PICKET_FLAT or PICKET_DOWN */
+    uint8_t gap; /* 1 if samples are missing before this block */
     uint8_t reserved[2];
 } picket_stamp;
-enum { PICKET_CONTINUOUS = 0, PICKET_UP = 1, PICKET_FLAT = 2, PICKET_DOWN = 3 };
+enum {
+    PICKET_CONTINUOUS = 0,
+    PICKET_UP = 1,
+    PICKET_FLAT = 2,
+    PICKET_DOWN = 3
+};
+/* end */
 
 /* ---- The calls ---- */
 

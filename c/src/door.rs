@@ -4,7 +4,7 @@ use crate::memory::{Out, Slot, read, read_if};
 use crate::status::Status;
 use crate::types::{
     CAccumulated, CAccumulating, CBurst, CConfig, CCounts, CFollowing, CLine, CMeasurement, CScene,
-    CStamp, CTarget, CTone, CTrack, CTrigger,
+    CStamp, CTarget, CTone, CTrack, CTrigger, Given, bounds,
 };
 use picket_dsp::acquire::frontend::Timing;
 use picket_dsp::acquire::sample::Segment;
@@ -66,13 +66,13 @@ unsafe fn plan<R: Record, const N: usize>(
     // SAFETY: as the caller promises.
     let (config, scene, following) =
         unsafe { (read(config)?, read_if(scene)?, read_if(following)?) };
-    let mut config: Config = config.config()?;
+    let mut config: Config = config.given()?;
     if let Some(scene) = scene {
-        config.scene = scene.scene()?;
-        [config.range_m, config.velocity_mps] = scene.bounds();
+        config.scene = scene.given()?;
+        [config.range_m, config.velocity_mps] = bounds(scene);
     }
     if let Some(following) = following {
-        config.following = following.following()?;
+        config.following = following.given()?;
     }
     Ok(config.plan()?)
 }
@@ -182,7 +182,7 @@ impl<R: Record, const N: usize> Meter<R, N> {
             let meter = Slot::open(memory, Self::NUMBER)?;
             let (samples, answer) = (samples::<R, N>(words, count)?, Out::at(measurement)?);
             let stamp = match read_if(stamp)? {
-                Some(stamp) => stamp.stamp()?,
+                Some(stamp) => stamp.given()?,
                 None => timing(meter.pipeline.plan()).stamp(meter.number.into(), false),
             };
             meter.number = stamp.sequence.wrapping_add(1);
@@ -262,7 +262,7 @@ impl<R: Record, const N: usize> Follower<R, N> {
             let (samples, answer) = (samples::<R, N>(words, count)?, Out::at(measurement)?);
             let (tracks, found) = (Out::at(tracks)?, Out::at(found)?);
             let stamp = match read_if(stamp)? {
-                Some(stamp) => stamp.stamp()?,
+                Some(stamp) => stamp.given()?,
                 None => follower.timing.stamp(follower.number.into(), false),
             };
             follower.number = stamp.sequence.wrapping_add(1);
@@ -324,7 +324,7 @@ impl<R: Record, const N: usize> Sum<R, N> {
         let memory = Slot::place(memory)?;
         // SAFETY: as the caller promises.
         unsafe {
-            let sum = read(terms)?.accumulator()?;
+            let sum = read(terms)?.given()?;
             Slot::write(memory, Self::NUMBER, Self(sum));
         }
         Ok(())
@@ -375,7 +375,7 @@ impl<R: Record, const N: usize> Bursts<R, N> {
         // SAFETY: as the caller promises.
         unsafe {
             let plan = plan::<R, N>(config, core::ptr::null(), core::ptr::null())?;
-            let trigger = read_if(trigger)?.map(CTrigger::trigger).transpose()?;
+            let trigger = read_if(trigger)?.map(|trigger| trigger.given()).transpose()?;
             let processor = BurstProcessor::with_trigger(plan, trigger.unwrap_or_default());
             Slot::write(memory, Self::NUMBER, Self(processor));
         }

@@ -49,7 +49,9 @@ pub fn message(bytes: &[u8]) {
         Kind::Raw => same(&frame, Raw::from_frame, |it| it.to_frame()),
         Kind::Follow => same(&frame, |it| Follow::from_frame(it).ok(), |it| it.to_frame()),
         Kind::Lines => same(&frame, |it| Lines::from_frame(it).ok(), |it| it.to_frame()),
-        Kind::Fundamental => same(&frame, |it| Fundamental::from_frame(it).ok(), |it| it.to_frame()),
+        Kind::Fundamental => {
+            same(&frame, |it| Fundamental::from_frame(it).ok(), |it| it.to_frame())
+        }
         Kind::Burst => same(&frame, |it| Burst::from_frame(it).ok(), |it| it.to_frame()),
         Kind::Sum => same(&frame, |it| Sum::from_frame(it).ok(), |it| it.to_frame()),
         Kind::Command => drop(Request::from_frame(&frame)),

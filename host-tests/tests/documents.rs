@@ -1,6 +1,6 @@
 //! The documents as a book: every chapter exists, every page is a chapter, and every link leads somewhere.
 
-use picket_dsp::{Verdict, Verdicts};
+use picket_dsp::Verdict;
 use picket_firmware::nucleo_f446re::N;
 use picket_firmware::nucleo_f446re::words::Words;
 use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
@@ -126,47 +126,15 @@ fn list<'a>(text: &'a str, from: &str, to: &str, separator: &str) -> Vec<&'a str
     list.split(separator).map(str::trim).filter(|part| !part.is_empty()).collect()
 }
 
-/// Every list of verdicts that is not Rust has the library's, with their numbers, bits and order.
+/// The page has a sign for every verdict.
 #[test]
-fn every_list_of_verdicts_has_all_of_them() {
-    let mut numbered = Verdict::ALL;
-    numbered.sort_by_key(|verdict| *verdict as u8);
-    let besides: Vec<Verdict> = Verdicts::from_bits(0x7F).iter().collect();
-    let names = |verdicts: &[Verdict]| -> Vec<&str> { verdicts.iter().map(|v| v.name()).collect() };
-
-    let header = read("c/include/picket.h");
-    let order = list(&header, "The order of severity is: ", ". */", ",");
-    assert_eq!(order, names(&Verdict::ALL), "picket.h, the order of severity");
-    let (_, constants) = header.split_once("/* ---- Verdicts ---- */").unwrap();
-    let constants: Vec<&str> = list(constants, "enum {", "};", "\n")
-        .into_iter()
-        .map(|line| line.split(['/', ',']).next().unwrap().trim())
-        .collect();
-    let constant = |verdict: &Verdict| {
-        format!("PICKET_{} = {}", verdict.name().to_uppercase().replace('-', "_"), *verdict as u8)
-    };
-    assert_eq!(constants, numbered.iter().map(constant).collect::<Vec<_>>(), "picket.h");
-
-    let protocol = read("docs/protocol.md");
-    let row = list(&protocol, "| 3 | u8 | verdict: ", " |", ",");
-    let number = |verdict: &Verdict| format!("{} {verdict}", *verdict as u8);
-    assert_eq!(row, numbered.iter().map(number).collect::<Vec<_>>(), "protocol.md, the numbers");
-    let mut bits = list(&protocol, "what applies beside the verdict: ", " |", ",");
-    bits.reverse();
-    assert_eq!(bits, names(&besides), "protocol.md, the bits");
-
+fn every_verdict_has_a_sign() {
     let signs = read("web/page/words.js");
     let signs: Vec<&str> = list(&signs, "export const SIGNS = {", "};", "\n")
         .into_iter()
         .map(|line| line.split(':').next().unwrap().trim_matches('"'))
         .collect();
-    assert_eq!(signs, names(&Verdict::ALL), "words.js");
-    let save = read("web/page/save.js");
-    let save: Vec<&str> = list(&save, "const BESIDES = [", "];", ",")
-        .into_iter()
-        .map(|name| name.trim_matches('"'))
-        .collect();
-    assert_eq!(save, names(&besides), "save.js");
+    assert_eq!(signs, Verdict::ALL.map(Verdict::name), "words.js");
 }
 
 /// The board takes the settings files of its page.

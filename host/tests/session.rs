@@ -107,7 +107,8 @@ fn the_tones_of_a_block_are_shown() {
     let page =
         fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/protocol.md")).unwrap();
     let program = page.split("```python\n").nth(1).unwrap().split("```").next().unwrap();
-    let output = Command::new("python3").args(["-c", program]).arg(&file).output();
+    let schema = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/schema.json");
+    let output = Command::new("python3").args(["-c", program, schema]).arg(&file).output();
     let output = output.expect("apt-get install python3");
     let theirs = String::from_utf8(output.stdout).unwrap();
     let theirs: Vec<&str> = theirs.lines().collect();

@@ -336,11 +336,11 @@ fn the_reader_in_python_stumbles_over_no_frame() {
     }
     let recording = fresh("frames.bin");
     fs::write(&recording, bytes).unwrap();
-    let output = Command::new("python3").args(["-c", program]).arg(&recording).output();
+    let schema = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/schema.json");
+    let output = Command::new("python3").args(["-c", program, schema]).arg(&recording).output();
     let output = output.expect("apt-get install python3");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    // Measurements of 28 bytes or more, and tones: none, 1, 3 and 6 of the long bodies.
-    assert_eq!(String::from_utf8(output.stdout).unwrap().lines().count(), 5 + (1 + 1 + 3 + 6));
+    assert!(output.stdout.is_empty(), "numbers out of nothing");
 }
 
 /// The reader of docs/protocol.md reads the recording that docs/board.md replays.
@@ -349,7 +349,8 @@ fn the_reader_in_python_reads_a_recording() {
     let page = fs::read_to_string(Path::new(ROOT).join("docs/protocol.md")).unwrap();
     let program = page.split("```python\n").nth(1).unwrap().split("```").next().unwrap();
     let recording = Path::new(ROOT).join("docs/session.bin");
-    let output = Command::new("python3").args(["-c", program]).arg(&recording).output();
+    let schema = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/schema.json");
+    let output = Command::new("python3").args(["-c", program, schema]).arg(&recording).output();
     let output = output.expect("apt-get install python3");
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{errors}");

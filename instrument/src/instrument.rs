@@ -10,6 +10,7 @@ use crate::port::Port;
 use crate::slot::Slot;
 use crate::start::Start;
 use crate::storage;
+use crate::words::payload;
 use heapless::Vec;
 use picket_dsp::acquire::frontend::{Block, Counters};
 use picket_dsp::acquire::sample::{Iq, Real};
@@ -25,7 +26,6 @@ use picket_wire::frame::{Kind, Reader, WIRE};
 use picket_wire::settings::{Mode, Settings};
 use picket_wire::settings_error::SettingsError;
 use picket_wire::status::{Raw, Status};
-use crate::words::payload;
 use picket_wire::sum::Sum;
 use picket_wire::telemetry::{Basis, Health, Telemetry};
 

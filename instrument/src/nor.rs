@@ -4,7 +4,7 @@ use crate::storage::{PAGE, Page, Storage};
 use core::cell::RefCell;
 use embedded_storage::nor_flash::NorFlash;
 
-/// Two pages of a flash. A word takes the smallest unit that the flash writes, 4 bytes or more, so a page takes 99 units and is erased as a
+/// Two pages of a flash. A word takes the smallest unit that the flash writes, 4 bytes or more, so a page takes 67 units and is erased as a
 /// whole.
 #[derive(Debug)]
 pub struct Pages<F> {

@@ -1,6 +1,6 @@
 //! The command line of `lab`.
 
-use crate::{bench, bits, docs, firmware, report, soak, sweep};
+use crate::{bench, bits, docs, firmware, report, schema, soak, sweep};
 use clap::{Parser, Subcommand};
 pub use picket_measure::cli::*;
 use std::process::ExitCode;
@@ -21,6 +21,7 @@ enum Command {
     Bench(bench::command::Options),
     Bits(bits::Options),
     Docs(docs::Options),
+    Schema(schema::Options),
     Firmware(firmware::Options),
     Soak(soak::Options),
 }
@@ -33,6 +34,7 @@ impl Command {
             Command::Bench(options) => bench::command::run(options)?,
             Command::Bits(options) => bits::run(options)?,
             Command::Docs(options) => docs::run(options)?,
+            Command::Schema(options) => schema::run(options)?,
             Command::Firmware(options) => {
                 firmware::run(options).map_err(|error| error.to_string())?
             }

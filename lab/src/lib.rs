@@ -12,6 +12,7 @@ pub mod exact;
 pub mod firmware;
 pub mod impair;
 pub mod report;
+pub mod schema;
 pub mod soak;
 pub mod sweep;
 

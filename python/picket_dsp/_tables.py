@@ -13,22 +13,22 @@ for _number, _name, _level, *_ in VERDICTS:
     _USABLE[_number] = _level <= 1
 # All that applies beside a verdict, the most severe first; the set has seven bits.
 _ALSO = np.array([", ".join(_picket.verdicts_in(bits)) for bits in range(128)])
-_AMBIGUITY = np.array(["", "several", "coupled", "bound", "last-chirp", "levels"])
+
+
+def _list(name):
+    """The names of the numbers from 0 on, "" in place of none."""
+    return np.array(["" if known == "none" else known for known in _picket.names(name)])
+
+
+_AMBIGUITY, _SEGMENT, _VALIDATION, _STATE = map(_list, ("ambiguity", "segment", "validation", "state"))
 _CANDIDATES = [(f"range_{i}_m", f"velocity_{i}_mps", f"odds_{i}") for i in range(1, 5)]
-_SEGMENT = np.array(["", "up", "flat", "down"], "U4")
-_VALIDATION = np.array(_picket.validations())
-_STATE = np.array(["tentative", "held", "lost"], "U9")
 _REASON = f"U{_NAMES.itemsize // 4 + 2 + _ALSO.itemsize // 4}"
 
-TONE = [
-    ("frequency_hz", "f8"),
-    ("sigma_hz", "f8"),
-    ("snr_db", "f8"),
-    ("amplitude", "f8"),
-    ("verdict", "U11"),
-    ("usable", "?"),
-    ("reason", _REASON),
-]
+#: The numbers of a tone, as the native half gives them.
+_NUMBERS = _picket.columns()
+#: The columns that are made of a tone's verdict and of what applies besides.
+_WORDS = {"verdict": [("verdict", "U11"), ("usable", "?"), ("reason", _REASON)], "also": []}
+TONE = [column for name in _NUMBERS for column in _WORDS.get(name, [(name, "f8")])]
 PHASE = [("phase", "f8"), ("sigma_phase", "f8")]
 VELOCITY = [("velocity_mps", "f8"), ("sigma_velocity_mps", "f8"), ("target_verdict", "U11"), ("target_usable", "?")]
 RANGE = [
@@ -39,10 +39,18 @@ RANGE = [
 ]
 
 
+def _parts(rows, head):
+    """The first columns of rows, those of a tone, and the others."""
+    return rows[:, :head], rows[:, head:head + len(_NUMBERS)], rows[:, head + len(_NUMBERS):]
+
+
 def _put_tone(out, rows):
-    """Fills the columns of TONE from frequency, sigma, SNR, amplitude, verdict and what applies besides."""
-    out["frequency_hz"], out["sigma_hz"], out["snr_db"], out["amplitude"] = rows[:, :4].T
-    verdict, also = rows[:, 4].astype(np.intp), rows[:, 5].astype(np.intp)
+    """Fills the columns of TONE."""
+    numbers = dict(zip(_NUMBERS, rows.T))
+    for name in _NUMBERS:
+        if name not in _WORDS:
+            out[name] = numbers[name]
+    verdict, also = numbers["verdict"].astype(np.intp), numbers["also"].astype(np.intp)
     out["verdict"] = _NAMES[verdict]
     out["usable"] = _USABLE[verdict]
     some = np.flatnonzero(also)
@@ -80,18 +88,20 @@ def blocks(rows, n, rate_hz, kind):
     out["gap"], out["clipped"] = rows[:, 1] != 0, rows[:, 3]
     if segment:
         out["segment"] = _SEGMENT[rows[:, 2].astype(np.intp)]
-    _put_tone(out, rows[:, 4:10])
-    out["phase"], out["sigma_phase"] = rows[:, 10], rows[:, 11]
+    _, tone, rest = _parts(rows, 4)
+    _put_tone(out, tone)
+    out["phase"], out["sigma_phase"] = rest[:, 0], rest[:, 1]
     if kind != "tone":
-        _put_target(out, rows[:, 12:30])
+        _put_target(out, rest[:, 2:])
     return out
 
 
 def lines(rows):
     """All tones of one block, the strongest first."""
     out = np.empty(len(rows), TONE + PHASE)
-    _put_tone(out, rows[:, :6])
-    out["phase"], out["sigma_phase"] = rows[:, 6], rows[:, 7]
+    _, tone, phase = _parts(rows, 0)
+    _put_tone(out, tone)
+    out["phase"], out["sigma_phase"] = phase.T
     return out
 
 
@@ -102,7 +112,7 @@ def tracks(rows, n, rate_hz):
     out["time_s"] = (rows[:, 0] + n / 2) / rate_hz
     out["track"], out["age"], out["misses"], out["rate_hz_per_block"] = rows[:, 1], rows[:, 3], rows[:, 4], rows[:, 5]
     out["state"] = _STATE[rows[:, 2].astype(np.intp)]
-    _put_tone(out, rows[:, 6:12])
+    _put_tone(out, rows[:, 6:])
     return out
 
 
@@ -112,7 +122,7 @@ def targets(rows, n, rate_hz, kind):
     out["time_s"] = (rows[:, 0] + n / 2) / rate_hz
     out["track"] = rows[:, 1]
     if kind != "tone":
-        _put_target(out, rows[:, 2:20])
+        _put_target(out, rows[:, 2:])
     return out
 
 
@@ -120,7 +130,7 @@ def sums(rows, rate_hz):
     """Sums of many blocks."""
     out = np.empty(len(rows), [("time_s", "f8"), ("blocks", "i8"), ("ln_chance", "f8")] + TONE)
     out["time_s"], out["blocks"], out["ln_chance"] = rows[:, 0] / rate_hz, rows[:, 1], rows[:, 2]
-    _put_tone(out, rows[:, 3:9])
+    _put_tone(out, rows[:, 3:])
     return out
 
 
@@ -130,9 +140,10 @@ def bursts(rows, rate_hz, kind):
     out = np.empty(len(rows), head + TONE + _scene_columns(kind))
     out["time_s"], out["transit_s"] = rows[:, 0] / rate_hz, np.sqrt(8) * rows[:, 1] / rate_hz
     out["validation"] = _VALIDATION[rows[:, 2].astype(np.intp)]
-    _put_tone(out, rows[:, 3:9])
+    _, tone, target = _parts(rows, 3)
+    _put_tone(out, tone)
     if kind != "tone":
-        _put_target(out, rows[:, 9:27])
+        _put_target(out, target)
     return out
 
 
@@ -142,8 +153,9 @@ def telemetry(rows):
     out = np.empty(len(rows), head + TONE + RANGE + VELOCITY)
     out["sequence"], out["lost"], out["faults"], out["clock"] = rows[:, :4].T
     out["gap"], out["segment"], out["clipped"] = rows[:, 4] != 0, _SEGMENT[rows[:, 5].astype(np.intp)], rows[:, 6]
-    _put_tone(out, rows[:, 7:13])
-    _put_target(out, rows[:, 15:33])
+    _, tone, rest = _parts(rows, 7)
+    _put_tone(out, tone)
+    _put_target(out, rest[:, 2:])
     return out
 
 

@@ -59,7 +59,7 @@ pub struct Lines<'a> {
 }
 
 impl Work for Lines<'_> {
-    type Output = Vec<[f64; 8]>;
+    type Output = Vec<[f64; tables::TONE + 2]>;
 
     fn run<R: Record, const N: usize, E: Engine>(
         self,

@@ -17,7 +17,7 @@ pub struct Bursts<'a> {
 }
 
 /// The arrival and the deviation in samples, the validation, the tone, the outcome.
-pub type BurstRow = [f64; 9 + tables::TARGET];
+pub type BurstRow = [f64; 3 + tables::TONE + tables::TARGET];
 
 impl ForRecord for Bursts<'_> {
     type Output = Result<(Vec<BurstRow>, [u64; 5]), ConfigError>;

@@ -77,7 +77,7 @@ impl Work for Explain<'_> {
         native: &Native,
         plan: Plan<R, N>,
     ) -> Self::Output {
-        let (mut tone, notes) = ([f64::NAN; 6], Notes::default());
+        let (mut tone, notes) = ([f64::NAN; tables::TONE], Notes::default());
         let mut pipeline = Box::new(Pipeline::<R, N, E>::new(plan));
         let mut rules = Vec::new();
         native.records::<R, N>(self.words, N, 0..1, |stamp, samples| {

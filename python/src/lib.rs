@@ -11,7 +11,7 @@ mod tables;
 mod terms;
 mod tracks;
 
-use picket_dsp::{Validation, Verdict};
+use picket_dsp::Verdict;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -39,19 +39,14 @@ fn verdicts_in(bits: u8) -> Vec<&'static str> {
     picket_dsp::Verdicts::from_bits(bits).iter().map(Verdict::name).collect()
 }
 
-/// What is known against bursts: numbers from 0 on have these names.
-#[pyfunction]
-fn validations() -> Vec<&'static str> {
-    Validation::ALL.map(Validation::name).to_vec()
-}
-
 #[pymodule]
 fn _picket(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<native::Native>()?;
     module.add_function(wrap_pyfunction!(verdicts, module)?)?;
     module.add_function(wrap_pyfunction!(verdicts_in, module)?)?;
-    module.add_function(wrap_pyfunction!(validations, module)?)?;
+    module.add_function(wrap_pyfunction!(tables::columns, module)?)?;
+    module.add_function(wrap_pyfunction!(tables::names, module)?)?;
     module.add_function(wrap_pyfunction!(recorded::recording, module)?)?;
     module.add_function(wrap_pyfunction!(recorded::telemetry, module)?)?;
     module.add_function(wrap_pyfunction!(simulated::whole, module)?)?;

@@ -16,7 +16,7 @@ pub struct Sums<'a> {
 }
 
 impl Work for Sums<'_> {
-    type Output = Vec<[f64; 9]>;
+    type Output = Vec<[f64; 3 + tables::TONE]>;
 
     fn run<R: Record, const N: usize, E: Engine>(
         self,

@@ -2,13 +2,16 @@
 
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
+use picket_dsp::acquire::sample::Segment;
 use picket_dsp::fixed::types::I32F32;
 use picket_dsp::pipeline::Outcome;
-use picket_dsp::solve::candidates::{CANDIDATES, Candidate};
+use picket_dsp::solve::candidates::{Ambiguity, CANDIDATES, Candidate};
 use picket_dsp::solve::chirp::Target;
-use picket_dsp::solve::track::Track;
+use picket_dsp::solve::track::{State, Track};
 use picket_dsp::tone::phasor::ToneWithPhase;
-use picket_dsp::{Measurement, Tone};
+use picket_dsp::{Measurement, Tone, Validation};
+use picket_wire::layout::{Field, Form};
+use picket_wire::view::{self, View};
 use pyo3::prelude::*;
 
 /// Rows of so many columns as an array.
@@ -21,18 +24,56 @@ pub fn table<'py, const COLUMNS: usize>(
     Ok(array.into_pyarray(py))
 }
 
-/// Frequency, sigma, signal-to-noise ratio in dB, amplitude, verdict, what applies besides.
-pub type ToneRow = [f64; 6];
+/// The numbers of a tone, as [`columns`] has their names.
+pub type ToneRow = [f64; TONE];
+pub const TONE: usize = view::Tone::COUNT - 1;
 
 pub fn tone(tone: &Tone) -> ToneRow {
-    [
-        tone.hertz(),
-        tone.sigma_hertz(),
-        tone.snr_db().into(),
-        tone.amplitude.into(),
-        f64::from(tone.verdict as u8),
-        tone.also.bits().into(),
-    ]
+    let (mut row, mut next) = ([f64::NAN; TONE], 0);
+    view::Tone::from_tone(tone, 0).each("", &mut |name, value| {
+        if column(name).is_some() {
+            row[next] = if name == "snr" { tone.snr_db().into() } else { value };
+            next += 1;
+        }
+    });
+    row
+}
+
+/// The column of a tone's number: a ratio is shown in dB, and `clipped` belongs to a block.
+fn column(name: &'static str) -> Option<&'static str> {
+    match name {
+        "clipped" => None,
+        "snr" => Some("snr_db"),
+        name => Some(name),
+    }
+}
+
+/// The names of a tone's numbers.
+#[pyfunction]
+pub fn columns() -> Vec<&'static str> {
+    let mut names = Vec::new();
+    view::Tone::default().each("", &mut |name, _| names.extend(column(name)));
+    names
+}
+
+/// The names of the numbers from 0 on in a list of the protocol: verdict, segment, state, validation, ambiguity.
+#[pyfunction]
+pub fn names(list: &str) -> PyResult<Vec<&'static str>> {
+    let forms = [Segment::FORM, State::FORM, Validation::FORM, Ambiguity::FORM];
+    let of = forms.into_iter().find_map(|form| named(form, list));
+    let of = of.ok_or_else(|| crate::wrong(format!("no list of names {list}")))?;
+    Ok((0..=u8::MAX).map_while(of).collect())
+}
+
+/// The names of this list, where a form has them.
+fn named(form: Form, list: &str) -> Option<fn(u8) -> Option<&'static str>> {
+    match form {
+        Form::Name(name, of) => (name == list).then_some(of),
+        Form::Structure(structure) => {
+            structure.fields.iter().find_map(|field| named(field.form, list))
+        }
+        _ => None,
+    }
 }
 
 /// Phase and its sigma, radians.
@@ -78,7 +119,7 @@ pub fn outcome(outcome: &Outcome) -> TargetRow {
 /// The first sample's number, whether samples are missing before it, the segment, samples at a rail, the tone, phase and its sigma,
 /// the outcome.
 pub type BlockRow = [f64; BLOCK];
-pub const BLOCK: usize = 12 + TARGET;
+pub const BLOCK: usize = 4 + TONE + 2 + TARGET;
 
 pub fn block(measurement: &Measurement, phasor: Option<&ToneWithPhase>) -> BlockRow {
     let Measurement { stamp, clipped, tone: seen, result } = measurement;
@@ -92,7 +133,7 @@ pub fn block(measurement: &Measurement, phasor: Option<&ToneWithPhase>) -> Block
 }
 
 /// The block's first sample, number, state, age, misses, rate in hertz per block, and the tone.
-pub type TrackRow = [f64; 12];
+pub type TrackRow = [f64; 6 + TONE];
 
 pub fn track(clock: u64, track: &Track, rate_hz: f64) -> TrackRow {
     let seen = Tone { rate_hz, ..track.tone };

@@ -38,8 +38,9 @@ export class Core {
     this.module = module;
     this.fresh();
     this.exports.picket_words();
-    const [names, ...verdicts] = this.text().split("\n");
+    const [names, besides, ...verdicts] = this.text().split("\n");
     this.names = names.split(",");
+    this.besides = besides.split(",");
     this.verdicts = verdicts.map((line) => {
       const [name, usable, reason] = line.split("\t");
       return { name, usable, reason };

@@ -9,15 +9,14 @@ function offer(name, contents, type) {
 }
 
 /** What applies beside a verdict: a bit each, the most severe first. */
-const BESIDES = ["weak", "gap", "image", "unresolved", "clipped", "near-edge", "moving"];
-const besides = (bits) => BESIDES.filter((_, place) => (bits >> (BESIDES.length - 1 - place)) & 1);
+const besides = (core, bits) => core.besides.filter((_, place) => (bits >> (core.besides.length - 1 - place)) & 1);
 
 const finite = (value) => (Number.isFinite(value) ? value : null);
 
 export function table(core, rows) {
   const { names, verdicts } = core;
   const said = (name, value) => {
-    if (name === "also") return besides(value).join(" ");
+    if (name === "also") return besides(core, value).join(" ");
     return name.endsWith("verdict") ? verdicts[value]?.name ?? "" : finite(value) ?? "";
   };
   const lines = rows.map((row) => names.map((name) => said(name, row[name])).join(","));
@@ -36,7 +35,7 @@ export function jsonLines(core, rows) {
     sigma_bins: finite(row.sigma_bins),
     snr_db: finite(row.snr_db),
     verdict: core.verdicts[row.verdict].name,
-    ...(row.also ? { also: besides(row.also) } : {}),
+    ...(row.also ? { also: besides(core, row.also) } : {}),
   }));
   lines.push(JSON.stringify({ summary: true, blocks: rows.length }));
   offer("picket.jsonl", `${lines.join("\n")}\n`, "application/x-ndjson");

@@ -2,25 +2,33 @@
 
 use picket_dsp::acquire::sample::Stamp;
 use picket_dsp::pipeline::{Measurement, Outcome};
+use picket_wire::view::Tone;
 
 macro_rules! answer {
     ($($(#[$doc:meta])* $name:ident),* $(,)?) => {
         /// A row.
         #[derive(Clone, Copy, Debug)]
         pub struct Answer {
-            $($(#[$doc])* pub $name: f64),*
+            $($(#[$doc])* pub $name: f64,)*
+            /// What every program shows of a tone as it is.
+            pub further: [f64; Tone::FURTHER],
         }
 
         impl Answer {
             /// The names of the numbers, in their order.
-            pub const NAMES: &'static [&'static str] = &[$(stringify!($name)),*];
+            pub fn names() -> Vec<&'static str> {
+                let mut names = vec![$(stringify!($name)),*];
+                Tone::default().further(&mut |name, _| names.push(name));
+                names
+            }
 
             /// Nothing known.
-            pub const NONE: Answer = Answer { $($name: f64::NAN),* };
+            pub const NONE: Answer = Answer { $($name: f64::NAN,)* further: [f64::NAN; Tone::FURTHER] };
 
             /// Appends the numbers.
             pub fn put(&self, into: &mut Vec<f64>) {
                 into.extend([$(self.$name),*]);
+                into.extend(self.further);
             }
         }
     };
@@ -107,6 +115,10 @@ impl Answer {
             also: f64::from(tone.also.bits()),
             ..Answer::NONE
         };
+        let mut places = row.further.iter_mut();
+        Tone::from_tone(tone, *clipped).further(&mut |_, value| {
+            places.next().into_iter().for_each(|place| *place = value);
+        });
         match result {
             Outcome::None => {}
             Outcome::Velocity(v) => {

@@ -61,7 +61,7 @@ pub extern "C" fn picket_text_length() -> usize {
     page(|page| page.text.len())
 }
 
-/// Leaves the names of an answer's numbers, the verdicts and their reasons as text.
+/// Leaves the names of an answer's numbers, what may apply beside a verdict, the verdicts and their reasons as text.
 #[unsafe(no_mangle)]
 pub extern "C" fn picket_words() {
     page(Page::words)

@@ -7,7 +7,7 @@ use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::station::{Picture, Station};
 use picket_dsp::acquire::sample::{Segment, Stamp};
-use picket_dsp::tone::Verdict;
+use picket_dsp::tone::{Verdict, Verdicts};
 
 /// Where blocks come from.
 enum Source {
@@ -72,7 +72,9 @@ impl Page {
     }
 
     pub(crate) fn words(&mut self) {
-        let mut text = Answer::NAMES.join(",");
+        let mut text = Answer::names().join(",");
+        let besides: Vec<&str> = Verdicts::from_bits(u8::MAX).iter().map(Verdict::name).collect();
+        text += &format!("\n{}", besides.join(","));
         // The page finds them by their number.
         let mut verdicts = Verdict::ALL;
         verdicts.sort_by_key(|verdict| *verdict as u8);

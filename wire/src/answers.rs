@@ -1,6 +1,7 @@
 //! What the library answers, as it crosses the line.
 
 use crate::layout::{as_number, choice, layout, named};
+use fixed::types::I32F32;
 use heapless::Vec;
 use picket_dsp::acquire::burst::Counters as BurstCounters;
 use picket_dsp::acquire::frontend::Counters;
@@ -16,7 +17,6 @@ use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::harmonic::Harmonic;
 use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_dsp::tone::{Tone, Verdict, Verdicts};
-use fixed::types::I32F32;
 
 named! {
     Verdict: "verdict", |verdict| *verdict as u8, Verdict::from_u8, |verdict| verdict.name();

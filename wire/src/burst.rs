@@ -97,7 +97,11 @@ mod tests {
             wrong[2].burst.deviation = f32::NAN;
             wrong[3].burst.tone.rate_hz = f64::INFINITY;
             for wrong in wrong {
-                assert_eq!(Burst::from_bytes(&wrong.to_bytes()), Err(RecordError::Field), "{wrong:?}");
+                assert_eq!(
+                    Burst::from_bytes(&wrong.to_bytes()),
+                    Err(RecordError::Field),
+                    "{wrong:?}"
+                );
             }
             let bytes = burst.to_bytes();
             assert!(Burst::from_bytes(&bytes[..bytes.len() - 1]).is_err());

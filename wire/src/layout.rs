@@ -495,7 +495,9 @@ macro_rules! record {
             ///
             /// # Errors
             /// The frame is of another kind, or the errors of [`Self::from_bytes`].
-            pub fn from_frame(frame: &$crate::frame::Frame) -> Result<Self, $crate::layout::RecordError> {
+            pub fn from_frame(
+                frame: &$crate::frame::Frame,
+            ) -> Result<Self, $crate::layout::RecordError> {
                 match frame.kind {
                     $crate::frame::Kind::$kind => Self::from_bytes(&frame.payload),
                     kind => Err($crate::layout::RecordError::Kind(kind)),
@@ -528,9 +530,14 @@ impl core::fmt::Display for RecordError {
         match self {
             RecordError::Kind(kind) => write!(f, "the frame is of kind {}", *kind as u8),
             RecordError::Version(version) => {
-                write!(f, "the record is of version {version}, this program knows {VERSION}: update picket, or flash the board again")
+                write!(
+                    f,
+                    "the record is of version {version}, this program knows {VERSION}: update picket, or flash the board again"
+                )
             }
-            RecordError::Field => f.write_str("the record is cut off, or a field of it has no meaning"),
+            RecordError::Field => {
+                f.write_str("the record is cut off, or a field of it has no meaning")
+            }
         }
     }
 }
@@ -581,7 +588,8 @@ mod tests {
         assert_eq!(read(&new), (Some(Second { a: 7, b: 2.0 }), false));
         // The earlier program passes over what it does not know, and knows that it does.
         assert_eq!(read(&new), (Some(First { a: 7 }), true));
-        let list = Vec::<Second, 2>::from_slice(&[Second { a: 1, b: 0.5 }, Second { a: 2, b: 1.0 }]);
+        let list =
+            Vec::<Second, 2>::from_slice(&[Second { a: 1, b: 0.5 }, Second { a: 2, b: 1.0 }]);
         let read: (Option<Vec<First, 2>>, bool) = read(&bytes(list.unwrap()));
         assert_eq!(read.0.unwrap()[..], [First { a: 1 }, First { a: 2 }]);
     }

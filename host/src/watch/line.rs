@@ -18,7 +18,9 @@ use picket_wire::lines as wire;
 use picket_wire::status::Status;
 use picket_wire::sum::Sum;
 use picket_wire::telemetry::{Basis, Telemetry};
+use picket_wire::view;
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// What is read of a tone.
 #[derive(Clone, Debug, Serialize)]
@@ -29,6 +31,9 @@ pub(super) struct Reading {
     pub(super) sigma_hz: Option<f64>,
     pub(super) snr_db: f64,
     pub(super) amplitude_codes: f32,
+    /// What every program shows of a tone as it is.
+    #[serde(flatten)]
+    further: BTreeMap<&'static str, f64>,
 }
 
 /// A number as a cell of a table, which is empty where there is none.
@@ -41,7 +46,12 @@ impl Reading {
     pub(super) fn of(tone: &Tone, rate_hz: Option<f64>) -> Self {
         let cycles = tone.frequency.0.to_num::<f64>();
         let hertz = |cycles: f64| rate_hz.map(|rate| cycles * rate);
+        let mut further = BTreeMap::new();
+        view::Tone::from_tone(tone, 0).further(&mut |name, value| {
+            further.insert(name, value);
+        });
         Self {
+            further,
             frequency_cycles_per_sample: cycles,
             sigma_cycles_per_sample: tone.sigma,
             frequency_hz: hertz(cycles),

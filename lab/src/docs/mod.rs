@@ -9,6 +9,7 @@ mod computed;
 mod figures;
 mod listings;
 mod performance;
+mod protocol;
 pub mod recordings;
 mod typed;
 
@@ -77,13 +78,14 @@ impl Table {
 }
 
 fn tables() -> impl Iterator<Item = &'static Table> {
-    let pages: [&'static [Table]; 6] = [
+    let pages: [&'static [Table]; 7] = [
         computed::TABLES,
         performance::TABLES,
         boards::TABLES,
         listings::TABLES,
         typed::TABLES,
         claims::TABLES,
+        protocol::TABLES,
     ];
     pages.into_iter().flatten()
 }
