@@ -6,7 +6,9 @@ use picket_wire::command::{Answer, Refusal};
 use picket_wire::follow::Follow;
 use picket_wire::frame::{Frame, Kind, Reader};
 use picket_wire::fundamental::Fundamental;
+use picket_wire::layout::VERSION;
 use picket_wire::lines::Lines;
+use picket_wire::schema::RECORDS;
 use picket_wire::status::{Raw, Status};
 use picket_wire::sum::Sum;
 use picket_wire::telemetry::Telemetry;
@@ -58,12 +60,18 @@ pub struct Listener {
     skipped: u64,
     /// Frames that were damaged or of a kind or version unknown here.
     pub bad: u64,
+    /// The version of the last record whose version is unknown here.
+    pub version: Option<u8>,
 }
 
 impl Listener {
     /// Takes a byte; gives what it completes.
     pub fn push(&mut self, byte: u8) -> Option<Said> {
-        let said = self.reader.push(byte)?.ok().as_ref().and_then(Said::of);
+        let frame = self.reader.push(byte)?.ok();
+        let said = frame.as_ref().and_then(Said::of);
+        if said.is_none() {
+            self.version = frame.as_ref().and_then(version).or(self.version);
+        }
         match &said {
             Some(Said::Telemetry(record)) => {
                 let sequence = record.measurement.stamp.sequence;
@@ -116,6 +124,12 @@ impl Listener {
         self.missing += self.skipped;
         self.last = Some(sequence);
     }
+}
+
+/// The version of a record, where it is not the one that is known here.
+fn version(frame: &Frame) -> Option<u8> {
+    let is_record = RECORDS.iter().any(|(kind, _)| *kind == frame.kind);
+    frame.payload.first().copied().filter(|version| is_record && *version != VERSION)
 }
 
 /// The sample rate of a measurement, where it tells one.

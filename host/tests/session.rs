@@ -8,6 +8,7 @@ use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_dsp::tone::{Tone, Verdict};
 use picket_wire::boot::Clock;
+use picket_wire::frame::{self, Kind};
 use picket_wire::lines::Lines;
 use picket_wire::telemetry::{Basis, Health, Telemetry};
 use std::fs;
@@ -40,6 +41,29 @@ fn live_into_a_pipe_is_lines() {
     };
     let (live, lines) = (watch(&["--live"]), watch(&[]));
     assert!(live.status.success() && live.stdout == lines.stdout, "{live:?}");
+}
+
+/// A recording of another time is told by its version.
+#[test]
+fn records_of_another_version_are_told() {
+    let record = Telemetry {
+        measurement: Measurement::default(),
+        method: Method::default(),
+        health: Health::default(),
+        basis: None,
+    };
+    let mut bytes = record.to_bytes();
+    bytes[0] = 2;
+    let file = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("version-2.bin");
+    fs::write(&file, frame::encode(Kind::Telemetry, &bytes).unwrap()).unwrap();
+    let watch = Command::new(env!("CARGO_BIN_EXE_picket"))
+        .args(["watch", "--replay"])
+        .arg(&file)
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&watch.stderr).into_owned();
+    assert_eq!(watch.status.code(), Some(2), "{said}");
+    assert!(said.contains("version 2, this program knows version 1"), "{said}");
 }
 
 /// A recording of blocks with two tones each: a row below its block's for people, a line each for programs, and for the

@@ -258,10 +258,13 @@ impl Board {
             say("refused", refusal.clone());
         }
         if self.listener.records == 0 && self.boot.is_none() && self.bytes > 400 {
-            say(
-                "nothing yet",
-                format!("{} bytes came, and no frame: is it the board's port?", self.bytes),
-            );
+            let why = match self.listener.version {
+                Some(version) => format!(
+                    "its records are of version {version}, which this page does not know: flash the board with this version's image"
+                ),
+                None => format!("{} bytes came, and no frame: is it the board's port?", self.bytes),
+            };
+            say("nothing yet", why);
         }
         text
     }

@@ -3,7 +3,7 @@
 use crate::boot::Clock;
 use crate::layout::{layout, record};
 use picket_dsp::methods::registry::Method;
-use picket_dsp::pipeline::{Measurement, Outcome};
+use picket_dsp::pipeline::Measurement;
 
 /// By what a record was measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -76,20 +76,8 @@ layout! {
 record!(Telemetry, Telemetry, |record| {
     let Measurement { tone, result, .. } = &record.measurement;
     let known = tone.rate_hz >= 0.0 && tone.rate_hz.is_finite();
-    known && tone.is_consistent() && result.is_consistent() && probable(result)
+    known && tone.is_consistent() && result.is_consistent()
 });
-
-/// Whether a target that is one of several has candidates.
-fn probable(result: &Outcome) -> bool {
-    use picket_dsp::solve::candidates::Ambiguity;
-    match result {
-        Outcome::Target(target) => match &target.ambiguity {
-            Ambiguity::Several(candidates) => !candidates.is_empty(),
-            _ => true,
-        },
-        _ => true,
-    }
-}
 
 #[cfg(test)]
 mod tests {
@@ -97,6 +85,7 @@ mod tests {
     use crate::frame;
     use crate::layout::RecordError;
     use fixed::types::I32F32;
+    use picket_dsp::pipeline::Outcome;
     use picket_dsp::solve::candidates::{Ambiguity, CANDIDATES, Candidate, Candidates};
     use picket_dsp::solve::chirp::Target;
     use picket_dsp::solve::doppler::Velocity;

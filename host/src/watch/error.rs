@@ -1,6 +1,7 @@
 //! Why watching ended, in a line each, with the cure.
 
 use crate::cli::Failure;
+use picket_wire::layout::VERSION;
 use std::fmt;
 
 /// Why watching ended.
@@ -34,6 +35,13 @@ pub enum WatchError {
     },
     /// The source ended, and nothing in it was a frame.
     Nothing(String),
+    /// The records are of a version that this program does not know.
+    Version {
+        /// The source.
+        what: String,
+        /// The version.
+        version: u8,
+    },
     /// An order that a board does not answer.
     Unanswered {
         /// Which.
@@ -80,6 +88,7 @@ impl fmt::Display for WatchError {
             WatchError::Nothing(what) => {
                 write!(f, "{what}: no frame of a board is in it: give what --record has kept")
             }
+            WatchError::Version { what, version } => write!(f, "{what}: {}", unknown(*version)),
             WatchError::Unanswered { order, tries } => write!(
                 f,
                 "{order}: sent {tries} times without an answer: the board is heard and does not hear, so look at its receiving wire"
@@ -114,6 +123,13 @@ impl From<WatchError> for Failure {
 /// The error of a file or a port.
 pub(super) fn io(what: impl fmt::Display) -> impl FnOnce(std::io::Error) -> WatchError {
     move |source| WatchError::Io { what: what.to_string(), source }
+}
+
+/// Records of a version that this program does not know.
+pub(super) fn unknown(version: u8) -> String {
+    format!(
+        "its records are of version {version}, this program knows version {VERSION}: update picket, or flash the board with this one's image (picket flash)"
+    )
 }
 
 /// The likely reason if this many bytes came, and no frame.

@@ -18,7 +18,7 @@ use crate::output::{Growing, Output};
 use capture::Capture;
 use clap::Args;
 pub use error::WatchError;
-use error::{io, unheard};
+use error::{io, unheard, unknown};
 use fundamental::Fundamental;
 use orders::{Orders, Pending};
 use picket_wire::command::Command;
@@ -137,9 +137,10 @@ pub fn run(options: &Options) -> Result<ExitCode, WatchError> {
     ended?;
     let name = options.replay.as_ref().map(|path| path.display().to_string());
     let name = name.unwrap_or_else(|| "the input".into());
-    match source.listens() || watch.heard || end::asked().is_some() {
-        true => Ok(ExitCode::SUCCESS),
-        false => Err(WatchError::Nothing(name)),
+    match watch.listener.version {
+        _ if source.listens() || watch.heard || end::asked().is_some() => Ok(ExitCode::SUCCESS),
+        Some(version) => Err(WatchError::Version { what: name, version }),
+        None => Err(WatchError::Nothing(name)),
     }
 }
 
@@ -193,12 +194,13 @@ impl Patience {
     const TWO_SECONDS: Duration = Duration::from_secs(2);
 
     /// The line that is due, once.
-    fn line(&mut self) -> Option<String> {
+    fn line(&mut self, version: Option<u8>) -> Option<String> {
         if self.told || self.since.elapsed() < Self::TWO_SECONDS {
             return None;
         }
         self.told = true;
-        Some(format!("waiting for the device: {}", unheard(self.bytes)))
+        let why = version.map_or_else(|| unheard(self.bytes), unknown);
+        Some(format!("waiting for the device: {why}"))
     }
 }
 
@@ -259,7 +261,7 @@ impl Watch {
             if orders.done() && !self.capturing() {
                 break;
             }
-            if let Some(line) = self.patience.line() {
+            if let Some(line) = self.patience.line(self.listener.version) {
                 eprintln!("{line}");
             }
             orders.again(source, self.heard, self.patience.bytes)?;

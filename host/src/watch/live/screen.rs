@@ -2,6 +2,7 @@
 
 use super::{Live, Quantity, Target, Value};
 use crate::device::Listener;
+use crate::watch::error::unknown;
 use picket_dsp::tone::{Usable, Verdict};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -68,9 +69,14 @@ impl Live {
         let halves = Layout::horizontal([Constraint::Length(42), Constraint::Min(20)]);
         let [figures, verdict] = halves.areas(area);
         let Some(record) = &self.newest else {
-            let words = match self.bytes {
-                0 => "It says nothing yet: has it power and its image (picket flash)?".to_owned(),
-                bytes => format!("{bytes} bytes came, and no frame: is it the board's port?"),
+            let words = match (self.bytes, self.listener.version) {
+                (_, Some(version)) => unknown(version),
+                (0, None) => {
+                    "It says nothing yet: has it power and its image (picket flash)?".to_owned()
+                }
+                (bytes, None) => {
+                    format!("{bytes} bytes came, and no frame: is it the board's port?")
+                }
             };
             let words = Paragraph::new(words).wrap(Wrap { trim: true });
             return frame.render_widget(words.block(Block::bordered()), area);
