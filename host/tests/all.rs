@@ -27,6 +27,7 @@ mod signals;
 mod sixty;
 mod sources;
 mod speed;
+mod strings;
 mod tones;
 mod typed;
 mod unknown;

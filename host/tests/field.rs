@@ -419,3 +419,196 @@ fn long_files_and_odd_names() {
     let short: String = (0..1_000_000).map(|k| format!("{}\n", k % 7)).collect();
     look(&file("short.txt", short.as_bytes()), &[]);
 }
+
+/// What a look proposes for a file, and the errors of its answers in their uncertainties.
+#[track_caller]
+fn proposed(path: &str, more: &[&str], truth_hz: f64) -> (String, Vec<f64>) {
+    let text = look(path, more);
+    let line = text.lines().find_map(|line| line.strip_prefix("try       picket analyze "));
+    let line = line.unwrap_or_else(|| panic!("nothing is proposed: {text}"));
+    let words: Vec<&str> = line.split(' ').skip(1).collect();
+    let (errors, _) = measured(path, &words, truth_hz);
+    assert!(!errors.is_empty(), "no answer can be used: {text}");
+    (text, errors)
+}
+
+/// Samples of a scene in volts.
+fn samples(scene: &serde_json::Value) -> Vec<[f64; 2]> {
+    let scene: Scene = serde_json::from_value(scene.clone()).unwrap();
+    let count = (scene.rate_hz * scene.seconds).round() as usize;
+    scene.run(0).unwrap().voltages(0.0, count)
+}
+
+fn words(codes: impl IntoIterator<Item = f64>) -> Vec<u8> {
+    codes.into_iter().flat_map(|x| (x.round() as i16).to_le_bytes()).collect()
+}
+
+/// A proposal answers the line that it is for.
+#[test]
+fn proposals_answer_their_line() {
+    // An editor fades the last ten milliseconds out.
+    let clean = samples(&json!({"rate_hz": 44100, "seconds": 0.38,
+        "sources": [{"tone": {"frequency_hz": 262, "amplitude": 0.5}}], "receiver": {"noise": {"rms": 1e-5}}}));
+    let fade =
+        |(k, x): (usize, &[f64; 2])| 32767.0 * x[0] * ((clean.len() - k) as f64 / 441.0).min(1.0);
+    let path = file("faded.i16", &words(clean.iter().enumerate().map(fade)));
+    let (text, errors) = proposed(&path, &["--rate", "44100"], 262.0);
+    assert!(
+        errors.iter().filter(|error| **error < 5.0).count() * 10 >= 9 * errors.len(),
+        "{text} {errors:?}"
+    );
+    // A generator of 3,642 turns a minute is not the mains.
+    let near = samples(&json!({"seed": 3, "rate_hz": 1000, "seconds": 8.2,
+        "sources": [{"tone": {"frequency_hz": 60.7, "amplitude": 0.03}}], "receiver": {"noise": {"snr_db": 20}}}));
+    let path = file("generator.i16", &words(near.iter().map(|x| 32767.0 * x[0])));
+    let (text, errors) = proposed(&path, &["--rate", "1000"], 60.7);
+    assert!(
+        errors.iter().all(|error| *error < 5.0) && !text.contains("is among the lines"),
+        "{text}"
+    );
+    // A few cycles in the whole recording.
+    for cycles in [2.4, 3.3, 4.4] {
+        let hz = cycles / 4.096;
+        let slow = samples(&json!({"seed": 4, "rate_hz": 1000, "seconds": 4.096,
+            "sources": [{"tone": {"frequency_hz": hz, "amplitude": 0.05}}], "receiver": {"noise": {"snr_db": 20}}}));
+        let path = file("slow.i16", &words(slow.iter().map(|x| 32767.0 * x[0])));
+        let (text, errors) = proposed(&path, &["--rate", "1000"], hz);
+        assert!(errors.iter().all(|error| *error < 5.0), "{cycles}: {text} {errors:?}");
+    }
+}
+
+/// A hall sensor's square wave is measured, whatever its rails.
+#[test]
+fn square_waves() {
+    let square = samples(
+        &json!({"seed": 5, "rate_hz": 48000, "seconds": 0.5, "receiver": {"oversampling": 8, "noise": {"rms": 1e-3}},
+        "sources": [{"tone": {"frequency_hz": 333.3, "amplitude": 0.45, "form": "square", "phase_turns": 0.13}}]}),
+    );
+    let codes: Vec<f64> = square.iter().map(|x| 1970.0 + 4095.0 * x[0]).collect();
+    let path = file("hall.i16", &words(codes.iter().map(|x| x.clamp(0.0, 4095.0))));
+    let (text, errors) = proposed(&path, &["--rate", "48000"], 333.3);
+    assert!(
+        errors.iter().filter(|error| **error < 5.0).count() * 10 >= 9 * errors.len(),
+        "{text} {errors:?}"
+    );
+    let volts: String = square.iter().map(|x| format!("{:.3}\n", 1.65 + 3.0 * x[0])).collect();
+    let path = file("hall.csv", volts.as_bytes());
+    let (text, errors) = proposed(&path, &["--rate", "48000"], 333.3);
+    assert!(
+        errors.iter().filter(|error| **error < 5.0).count() * 10 >= 9 * errors.len(),
+        "{text} {errors:?}"
+    );
+}
+
+/// A tone that accelerates, I/Q that loses samples, a car in a recording that is mostly empty.
+#[test]
+fn lengths_are_chosen_by_what_they_say() {
+    let faster = samples(
+        &json!({"seed": 6, "rate_hz": 44100, "seconds": 2, "receiver": {"noise": {"snr_db": 26}},
+        "sources": [{"tone": {"frequency_hz": 900, "amplitude": 0.3, "changes": [{"chirp": {"hz_per_s": 1500}}]}}]}),
+    );
+    let path = file("faster.i16", &words(faster.iter().map(|x| 32767.0 * x[0])));
+    let text = look(&path, &["--rate", "44100"]);
+    let n = text.split("--n ").nth(1).and_then(|rest| rest.split([' ', '\n']).next()).unwrap();
+    let sigmas = lines(ANALYZE, &[&path, "--rate", "44100", "--n", n, "--json"]);
+    let mut sigmas: Vec<f64> = sigmas.iter().filter_map(|line| line["sigma_hz"].as_f64()).collect();
+    sigmas.sort_by(f64::total_cmp);
+    assert!(sigmas[sigmas.len() / 2] < 0.3, "{n}: {text} {:?}", sigmas[sigmas.len() / 2]);
+    // Four samples in each 484 do not arrive.
+    let hz = 3217.3;
+    let whole = samples(
+        &json!({"seed": 7, "rate_hz": 50e3, "seconds": 3, "receiver": {"iq": true, "noise": {"snr_db": 25}},
+        "sources": [{"tone": {"frequency_hz": hz, "amplitude": 0.3}}]}),
+    );
+    let kept = whole.iter().enumerate().filter(|(k, _)| k % 484 >= 4).flat_map(|(_, x)| *x);
+    let path = file("lost.cs16", &words(kept.map(|x| 32767.0 * x)));
+    let text = look(&path, &["--rate", "50000"]);
+    if text.contains("try       picket") {
+        let (text, errors) = proposed(&path, &["--rate", "50000"], hz);
+        assert!(
+            errors.iter().filter(|error| **error < 5.0).count() * 10 >= 9 * errors.len(),
+            "{text} {errors:?}"
+        );
+    }
+    // 14 s, of which a car takes five.
+    let car = json!({"range_m": 300, "velocity_mps": 13.41, "amplitude": 0.1, "changes": [{"on": {"from_s": 4.5, "for_s": 5}}]});
+    let passes = samples(
+        &json!({"seed": 8, "rate_hz": 8000, "seconds": 14, "waveform": {"carrier_hz": 10.525e9},
+        "sources": [{"target": car}], "receiver": {"noise": {"rms": 0.03}}}),
+    );
+    let path = file("passes.i16", &words(passes.iter().map(|x| 32767.0 * x[0])));
+    let shift = 2.0 * 13.41 * 10.525e9 / 299_792_458.0;
+    let (text, errors) = proposed(&path, &["--rate", "8000"], shift);
+    assert!(
+        errors.iter().filter(|error| **error < 5.0).count() * 10 >= 9 * errors.len(),
+        "{text} {errors:?}"
+    );
+}
+
+/// Metres and metres per second from recordings of chirps.
+#[test]
+fn ranges_from_chirps() {
+    for (shape, bounds, velocity) in [("sawtooth", Some("-1:1"), 0.0), ("triangle", None, 3.0)] {
+        let waveform =
+            json!({"shape": shape, "carrier_hz": 24e9, "bandwidth_hz": 200e6, "ramp_s": 5e-3});
+        let chirps = samples(
+            &json!({"seed": 9, "rate_hz": 200e3, "seconds": 0.4, "waveform": waveform, "receiver": {"iq": true, "noise": {"snr_db": 20}},
+            "sources": [{"target": {"range_m": 12.34, "velocity_mps": velocity, "amplitude": 0.2}}]}),
+        );
+        let path =
+            file(&format!("{shape}.cs16"), &words(chirps.iter().flatten().map(|x| 32767.0 * x)));
+        let ramps = [
+            "--rate",
+            "200k",
+            "--chirp-s",
+            "5e-3",
+            "--bandwidth-hz",
+            "200M",
+            "--carrier-hz",
+            "24G",
+            "--shape",
+            shape,
+            "--json",
+        ];
+        let mixing = ["--mixing", "tx-conj-rx"];
+        let bounds = bounds.map_or(vec![], |bounds| vec!["--velocity-mps", bounds]);
+        let all = lines(ANALYZE, &[&[&path[..]], &ramps[..], &mixing[..], &bounds].concat());
+        assert!(all.len() >= 30, "{shape}: {} chirps", all.len());
+        for line in &all[1..] {
+            let number = |key: &str| line[key].as_f64().unwrap();
+            let range = 12.34 - velocity * number("time_s");
+            assert!(
+                (number("range_m") - range).abs() < 6.0 * number("sigma_range_m") + 0.02,
+                "{shape}: {line}"
+            );
+            assert_eq!(line["verdict"], "good", "{shape}: {line}");
+            if shape == "triangle" {
+                assert!(
+                    (number("velocity_mps") - velocity).abs() < 6.0 * number("sigma_velocity_mps"),
+                    "{line}"
+                );
+            }
+        }
+    }
+    refused(ANALYZE, &["no-such.wav", "--chirp-s", "1e-3"], "--bandwidth-hz");
+}
+
+/// The clock of a converter that samples 37 millionths too fast.
+#[test]
+fn the_clock_by_a_known_tone() {
+    let fast = 48_000.0 * (1.0 + 37e-6);
+    let tone = samples(
+        &json!({"seed": 10, "rate_hz": fast, "seconds": 2, "receiver": {"noise": {"snr_db": 40}},
+        "sources": [{"tone": {"frequency_hz": 1000, "amplitude": 0.3}}]}),
+    );
+    let path = file("known.i16", &words(tone.iter().map(|x| 32767.0 * x[0])));
+    let all =
+        lines(ANALYZE, &[&path, "--rate", "48000", "--reference", "1000", "--n", "4096", "--json"]);
+    let line = all.iter().find(|line| !line["clock_ppm"].is_null()).unwrap();
+    let number = |key: &str| line[key].as_f64().unwrap();
+    let (ppm, sigma) = (number("clock_ppm"), number("sigma_clock_ppm"));
+    assert!((ppm - 37.0).abs() < 5.0 * sigma && sigma < 1.0, "{line}");
+    let output = run(ANALYZE, &[&path, "--rate", "96000", "--reference", "1000", "--n", "4096"]);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(2) && told.contains("the reference"), "{told}");
+}

@@ -6,7 +6,8 @@
 //! between the rails have little power where there are several: for amplitudes `1` and `a`, on a range of `-R..R` which the tones fill, the
 //! mean square of a sample is `R^2 (1 + a^2) / 2 (1 + a)^2`, a quarter of `R^2` for two equal tones. A record wraps if at most 1 % of its
 //! samples touch a rail and its mean square is larger. Tones of which one is locked to three times another have more power below the same
-//! crest; that is rare, and needs a record that fills the range.
+//! crest; that is rare, and needs a record that fills the range. So does a square wave have it, but its two levels do not reach both rails,
+//! as codes that wrap do.
 //!
 //! **Samples that change places.** Both samples of a word are exchanged if a transfer has the wrong order of half-words. A tone of `w`
 //! radians a sample becomes, with its neighbours exchanged,
@@ -280,6 +281,9 @@ impl Sight<'_> {
     #[inline(never)]
     fn wraps(&self, share: f32, least: f32, observer: impl Tap) -> bool {
         let range = self.range();
+        if !reaches(self.pairs, self.codes) {
+            return false;
+        }
         let power = mean_square(self.pairs) / (range * range);
         let [two, three] = most(share);
         if observer.exceeds(Statistic::TwoTones, power / two, 1.0) {
@@ -331,6 +335,18 @@ fn most(share: f32) -> [f32; 2] {
         0.5 * (1.0 + share) / (crest * crest)
     };
     [TWO * of(share.root()), THREE * of(ROOT_THIRD + (share - THIRD).max(0.0).root())]
+}
+
+/// Whether samples lie within a thirty-second of the range of both rails: those of a tone beyond one do, which come back at the other. The
+/// two levels of a square wave fill a range that they do not reach.
+fn reaches(pairs: &[[i16; 2]], codes: Codes) -> bool {
+    let (low, high) = codes.rails();
+    let near = (i32::from(high) - i32::from(low) + 1) >> 5;
+    let [mut least, mut most] = [high, low];
+    for &part in pairs.iter().flatten() {
+        (least, most) = (least.min(part), most.max(part));
+    }
+    i32::from(least) - i32::from(low) <= near && i32::from(high) - i32::from(most) <= near
 }
 
 /// The mean square of the parts, each less its mean, of at most 4096 pairs.

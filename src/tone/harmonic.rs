@@ -9,6 +9,9 @@
 //! ```text
 //! f = (sum k f_k / s_k^2) / (sum k^2 / s_k^2)        sigma^2 = 1 / sum k^2 / s_k^2
 //! ```
+//!
+//! The partials of a stiff string are stretched, `f_k = k f sqrt((1 + B k^2) / (1 + B))` with B up to 3e-4 (Fletcher 1964,
+//! doi:10.1121/1.1918981). Where the multiples leave more than their sigmas, f and `f B / 2` are fitted together, with `k (k^2 - 1)` beside k.
 
 use super::evidence::Evidence;
 use super::line_class::LineClass;
@@ -48,6 +51,12 @@ impl Harmonic {
 /// A line is a harmonic if it lies within this many sigmas of a multiple; a line's sigma ignores other signals in the line.
 const OFF: f32 = 6.0;
 const LEAST_BINS: f32 = 0.02;
+
+/// Half of the largest B, as a share of the fundamental that a line may be off for each `k (k^2 - 1)`.
+const STRETCH: f32 = 1.5e-4;
+
+/// A stretch is there if it takes so much off the sum of the squares of what lines are off, in their sigmas.
+const BETTER: f32 = 6.0;
 
 /// From this many sigmas on a line contradicts the others.
 const CONTRADICTS: f32 = 5.0;
@@ -146,7 +155,10 @@ impl Series {
         let rest = rest as f32 / STEPS / self.over as f32;
         let own = self.seed.sigma * order as f32 / self.over as f32;
         let within = (OFF * libm::hypotf(line.sigma, own)).max(LEAST_BINS / n as f32);
-        (rest.abs() < within).then_some((order, rest))
+        // Stretched upwards, away from 0 Hz.
+        let most = STRETCH * stretched(order) * self.cycles.abs();
+        let out = if self.cycles < 0.0 { -rest } else { rest };
+        (out > -within && out < within + most).then_some((order, rest))
     }
 
     /// The fundamental from all its lines.
@@ -172,10 +184,24 @@ impl Series {
                 harmonic.tone.amplitude = tone.amplitude;
             }
         }
-        let more = along / weight / n as f32;
-        let contradicts = placed().any(|(line, (order, rest))| {
-            (rest - order as f32 * more).abs() > CONTRADICTS * line.tone.sigma
-        });
+        let mut more = along / weight / n as f32;
+        let mut sigma = variance.root() / weight / n as f32;
+        // How far a line is off, in its sigmas.
+        let off = |more: f32, bend: f32, (line, (order, rest)): (&ToneWithPhase, (i32, f32))| {
+            (rest - order as f32 * more - bend * stretched(order)) / line.tone.sigma
+        };
+        let squares = |more: f32, bend: f32| -> f32 {
+            placed().map(|it| off(more, bend, it)).map(|off| off * off).sum()
+        };
+        let mut bend = 0.0;
+        if let Some(fit) = Bent::fit(placed(), n)
+            && fit.bend.abs() < STRETCH * self.cycles.abs()
+            && fit.bend * self.cycles > 0.0
+            && squares(fit.more, fit.bend) < squares(more, 0.0) - BETTER
+        {
+            (more, bend, sigma) = (fit.more, fit.bend, fit.sigma);
+        }
+        let contradicts = placed().any(|it| off(more, bend, it).abs() > CONTRADICTS);
         let line = if contradicts { LineClass::Unresolved } else { LineClass::Steady };
         harmonic.tone.conclude(&Evidence { line, ..Evidence::new(said) });
         let cycles = self.seed.frequency.cycles() / f64::from(self.over) + f64::from(more);
@@ -184,7 +210,57 @@ impl Series {
             return None;
         }
         harmonic.tone.frequency = Frequency(I0F32::from_bits(steps as i64 as i32));
-        harmonic.tone.sigma = variance.root() / weight / n as f32;
+        harmonic.tone.sigma = sigma;
         Some(harmonic)
+    }
+}
+
+/// How far order k is off its multiple, in shares of `f B / 2`.
+fn stretched(order: i32) -> f32 {
+    let k = order as f32;
+    k * (k * k - 1.0)
+}
+
+/// The fundamental of a stretched series, cycles per sample: how far it is off the seed's, its sigma, and `f B / 2`.
+struct Bent {
+    more: f32,
+    bend: f32,
+    sigma: f32,
+}
+
+impl Bent {
+    /// The fit of both to lines with their orders and distances; `None` for fewer than three lines.
+    fn fit<'a>(
+        placed: impl Iterator<Item = (&'a ToneWithPhase, (i32, f32))> + Clone,
+        n: usize,
+    ) -> Option<Self> {
+        let bins = n as f32;
+        let (mut kk, mut ks, mut ss, mut kr, mut sr, mut count) = (0.0, 0.0, 0.0, 0.0, 0.0, 0);
+        // A thousandth of the stretch, so that both columns are of one size.
+        let columns = |order: i32| (order as f32, 1e-3 * stretched(order));
+        for (line, (order, rest)) in placed.clone() {
+            let ((k, s), weight, rest) = (columns(order), line.tone.snr, rest * bins);
+            kk += weight * k * k;
+            ks += weight * k * s;
+            ss += weight * s * s;
+            kr += weight * k * rest;
+            sr += weight * s * rest;
+            count += 1;
+        }
+        let determinant = kk * ss - ks * ks;
+        if count < 3 || !(determinant > 1e-4 * kk * ss) {
+            return None;
+        }
+        let mut variance = 0.0;
+        for (line, (order, _)) in placed {
+            let (k, s) = columns(order);
+            let share = line.tone.snr * (k * ss - s * ks) / determinant * line.tone.sigma * bins;
+            variance += share * share;
+        }
+        Some(Self {
+            more: (kr * ss - sr * ks) / determinant / bins,
+            bend: 1e-3 * (sr * kk - kr * ks) / determinant / bins,
+            sigma: variance.root() / bins,
+        })
     }
 }

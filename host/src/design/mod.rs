@@ -12,8 +12,7 @@ use serde_json::{Value, json};
 use sheet::{Design, Question, Row, Trouble};
 use std::process::ExitCode;
 
-/// Tells what a sample rate, a block length and a signal-to-noise ratio give: resolution, span, sigma, updates and load. With a wanted
-/// sigma or speed it tells the settings.
+/// Finds sample rate and block length for a sensor, or shows what given ones reach: resolution, span, sigma, updates and load.
 #[derive(Args, Debug)]
 pub struct Options {
     /// Carrier of the radar or laser, as 24.125G

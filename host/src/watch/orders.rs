@@ -22,10 +22,10 @@ pub struct Orders {
     /// Keeps the settings over a reset
     #[arg(long)]
     save: bool,
-    /// Measures
+    /// Tells the board to measure
     #[arg(long, conflicts_with = "stop")]
     start: bool,
-    /// Stops measuring and ends
+    /// Tells the board to stop, and ends
     #[arg(long)]
     stop: bool,
     /// Sets the device's counters to 0

@@ -3,6 +3,8 @@
 use super::accumulated::{self, Sum};
 use super::bursts;
 use super::carrier::Carrier;
+use super::chirps::{self, Radar};
+use super::clock::Reference;
 use super::cut::Cut;
 use super::fundamental;
 use super::input::Input;
@@ -16,6 +18,7 @@ use crate::survey::Survey;
 use crate::{cli, estimator, progress, spectrogram};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use picket_dsp::Shape;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::carrier::Carrier as Width;
 use picket_dsp::config::{Config, Following};
@@ -41,6 +44,21 @@ pub struct Options {
     /// tx-conj-rx if it is negative, or if I and Q are exchanged
     #[arg(long, value_name = "MIXING", value_parser = mixing(), default_value = Mixing::RxConjTx.name(), requires = "carrier_hz")]
     mixing: Mixing,
+    /// How long a ramp of an FMCW radar takes, s: gives ranges, with --carrier-hz and --bandwidth-hz. --skip leads to the first ramp
+    #[arg(long, value_name = "S", value_parser = cli::positive, requires_all = ["bandwidth_hz", "carrier_hz"], conflicts_with_all = ["method", "hop"])]
+    chirp_s: Option<f64>,
+    /// What a ramp sweeps, as 4G
+    #[arg(long, value_name = "HZ", value_parser = cli::positive_hertz, requires = "chirp_s")]
+    bandwidth_hz: Option<f64>,
+    /// The ramps: sawtooth, rising again and again; triangle; trapezoid
+    #[arg(long, value_name = "SHAPE", value_parser = PossibleValuesParser::new(SHAPES.map(|it| it.0)), default_value = SHAPES[0].0, requires = "chirp_s")]
+    shape: String,
+    /// The velocities that targets may have, m/s: a sawtooth's range is ambiguous without them
+    #[arg(long, value_name = "LO:HI", value_parser = crate::band::parse, allow_hyphen_values = true, requires = "chirp_s")]
+    velocity_mps: Option<(f64, f64)>,
+    /// The recording is of a tone of this frequency: gives the error of the converter's clock
+    #[arg(long, value_name = "HZ", value_parser = cli::positive_hertz, conflicts_with_all = ["method", "chirp_s", "carrier_hz"])]
+    reference: Option<f64>,
     /// Follow tones from block to block, as the firmware does
     #[arg(long, conflicts_with_all = ["method", "arith"])]
     track: bool,
@@ -73,6 +91,10 @@ pub struct Options {
     #[arg(long)]
     csv: bool,
 }
+
+/// Shapes of ramps.
+const SHAPES: [(&str, Shape); 3] =
+    [("sawtooth", Shape::Sawtooth), ("triangle", Shape::Triangle), ("trapezoid", Shape::Trapezoid)];
 
 /// A carrier of a radar or a laser: from 100 MHz to the ultraviolet. A number that looks like gigahertz is reported.
 fn carrier_hz(text: &str) -> Result<f64, String> {
@@ -130,6 +152,17 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
                 .into(),
         );
     }
+    if let (Some(chirp_s), Some(bandwidth_hz), Some(carrier_hz)) =
+        (options.chirp_s, options.bandwidth_hz, options.carrier_hz)
+    {
+        let shape =
+            SHAPES.iter().find(|it| it.0 == options.shape).map_or(Shape::Sawtooth, |it| it.1);
+        let (mixing, velocity_mps) = (options.mixing, options.velocity_mps);
+        let effort = options.input.effort;
+        let radar =
+            Radar { shape, carrier_hz, bandwidth_hz, chirp_s, mixing, velocity_mps, effort };
+        return ranges(options, cut, style, &radar);
+    }
     if options.burst {
         return burst(options, cut, style);
     }
@@ -152,8 +185,12 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
     let bar = progress::count("samples");
     let mut first = true;
     let (mut answers, mut unresolved) = (0_u64, 0);
+    let mut reference = options.reference.map(Reference::new);
     let sink = |answer: analyze::Answer| {
         answers += 1;
+        if let Some(reference) = &mut reference {
+            reference.add(&answer);
+        }
         unresolved += u64::from(answer.verdict == Verdict::Unresolved.name());
         // Only now is it sure that there is something to print.
         if std::mem::take(&mut first) {
@@ -169,6 +206,9 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
         eprintln!(
             "{unresolved} of {answers} are unresolved: --effort full fits what else is there"
         );
+    }
+    if let Some(reference) = reference {
+        reference.error()?.print(style);
     }
     if style == Style::Json {
         cli::print_line(&serde_json::to_string(&summary).unwrap_or_default());
@@ -191,7 +231,10 @@ impl Options {
     fn looks(&self) -> bool {
         let json = analyze::is_json(&self.input.file, self.input.format);
         let blocks = self.input.n.is_some() || self.input.hop.is_some() || self.input.skip > 0;
-        let how = self.input.band.is_some() || self.method.is_some() || self.carrier_hz.is_some();
+        let how = self.input.band.is_some()
+            || self.method.is_some()
+            || self.carrier_hz.is_some()
+            || self.reference.is_some();
         let codes = self.input.bits != 16 || self.input.unsigned || self.input.k != 16;
         let numbers = self.input.arith != Arithmetic::default()
             || self.input.effort != Effort::default()
@@ -241,6 +284,26 @@ fn several(options: &Options, cut: Cut, style: Style, sought: Sought) -> Result<
     if none {
         heading();
         eprintln!("no tone in {} blocks", tally.blocks);
+    }
+    tally.tell(cli::name(file), cut.codes);
+    Ok(ended(tally.left_out()))
+}
+
+/// Ranges and velocities, chirp by chirp.
+fn ranges(options: &Options, cut: Cut, style: Style, radar: &Radar) -> Result<ExitCode, String> {
+    let mut none = true;
+    let file = &options.input.file;
+    let mut sink = |found: &chirps::Found| {
+        if std::mem::take(&mut none) {
+            chirps::print_heading(style);
+        }
+        chirps::print(found, style);
+    };
+    let tally = chirps::run(file, &cut, options.input.n, radar, &mut sink)?;
+    if none {
+        return Err(
+            "no chirp has a target: is --skip at the first ramp, and --chirp-s one ramp's?".into(),
+        );
     }
     tally.tell(cli::name(file), cut.codes);
     Ok(ended(tally.left_out()))

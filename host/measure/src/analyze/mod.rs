@@ -3,6 +3,8 @@
 pub mod accumulated;
 pub mod bursts;
 pub mod carrier;
+pub mod chirps;
+pub mod clock;
 pub mod command;
 pub mod cut;
 pub mod fundamental;

@@ -2,6 +2,7 @@
 
 mod nature;
 mod picture;
+mod series;
 mod spectrum;
 mod trial;
 mod words;
@@ -17,6 +18,7 @@ use picket_dsp::config::Config;
 use picket_dsp::tone::Verdict;
 use picket_dsp::tone::fit::Reach;
 use picket_transform::num_complex::Complex;
+use series::Series;
 use spectrum::{floored, powers};
 use std::path::Path;
 use trial::{Ground, Of, Way};
@@ -68,6 +70,8 @@ pub struct Survey {
     pub hum_hz: Option<f64>,
     /// The line that the command is for.
     pub tone: Option<usize>,
+    /// The fundamental that the lines are multiples of.
+    series: Option<Series>,
     /// What ways of measuring did on the recording.
     finding: Finding,
 }
@@ -128,10 +132,15 @@ impl Survey {
             lines: Vec::new(),
             hum_hz: None,
             tone: None,
-            finding: Finding { nature: Nature::Noise, held: None },
+            series: None,
+            finding: Finding::bare(Nature::Noise),
         };
         survey.lines = survey.peaks(&samples);
-        survey.hum_hz = survey.hum();
+        let mains = survey.mains();
+        // A line alone is what was recorded.
+        survey.hum_hz = mains.filter(|_| survey.lines.len() > 1);
+        let alone_hz = mains.filter(|_| survey.lines.len() == 1);
+        survey.series = survey.stacked();
         let hum = |line: &Spectral| survey.hum_hz.is_some_and(|hum| survey.of_hum(line, hum));
         survey.tone = survey.lines.iter().position(|line| !hum(line));
         if survey.tone.is_none() && !survey.lines.is_empty() {
@@ -139,8 +148,8 @@ impl Survey {
             survey.tone = Some(0);
         }
         survey.finding = match survey.levels.high <= survey.levels.low {
-            true => Finding { nature: Nature::Silence, held: None },
-            false => survey.tried(&samples),
+            true => Finding::bare(Nature::Silence),
+            false => survey.tried(&samples, alone_hz),
         };
         Ok(survey)
     }
@@ -149,8 +158,8 @@ impl Survey {
         self.rate_hz / self.n as f64
     }
 
-    /// The strongest lines, each measured in its own band in the middle of the recording.
-    fn peaks(&self, samples: &[Complex<f64>]) -> Vec<Spectral> {
+    /// Frequency, power and height over the floor of each peak, by strength.
+    fn raised(&self) -> Vec<(f64, f64, f64)> {
         let at = |index: i64| self.power.get(usize::try_from(index).ok()?);
         let dc = self.power.iter().position(|&(hertz, ..)| hertz == 0.0).unwrap_or(0) as i64;
         let mut found: Vec<(f64, f64, f64)> = Vec::new();
@@ -163,6 +172,24 @@ impl Survey {
             }
         }
         found.sort_by(|a, b| b.1.total_cmp(&a.1));
+        found
+    }
+
+    /// The series of harmonics that most of the power is in, and not in its fundamental alone; the mains' beside a tone is none.
+    fn stacked(&self) -> Option<Series> {
+        let peaks: Vec<(f64, f64)> = self.raised().iter().map(|peak| (peak.0, peak.1)).collect();
+        let series =
+            series::series(&peaks, self.bin_hz()).filter(|_| !self.iq && self.row.is_none())?;
+        let mains = self.hum_hz.is_some_and(|hum| {
+            let order = (series.hz / hum).round().max(1.0);
+            (series.hz - order * hum).abs() < 0.01 * series.hz
+        });
+        (series.share > 0.8 && series.first < 0.7 && !mains).then_some(series)
+    }
+
+    /// The strongest lines, each measured in its own band in the middle of the recording.
+    fn peaks(&self, samples: &[Complex<f64>]) -> Vec<Spectral> {
+        let mut found = self.raised();
         let strongest = found.first().map_or(0.0, |line| line.1);
         found.retain(|line| line.1 > strongest - BELOW_DB);
         found.truncate(LINES);
@@ -194,7 +221,17 @@ impl Survey {
                 verdict: Verdict::Unresolved.name(),
             })
         };
-        found.iter().map(measured).collect()
+        let mut lines: Vec<Spectral> = Vec::new();
+        for line in found.iter().map(measured) {
+            // Two peaks may be one line.
+            let same = |other: &Spectral| {
+                (other.frequency_hz - line.frequency_hz).abs() < 0.5 * self.bin_hz()
+            };
+            if !lines.iter().any(same) {
+                lines.push(line);
+            }
+        }
+        lines
     }
 
     /// The samples of the longest record in which a line is measured.
@@ -221,14 +258,19 @@ impl Survey {
         })
     }
 
-    /// 50 or 60 Hz, where a line is there that a record can tell from its neighbours: of both, that which a line is nearer to.
-    fn hum(&self) -> Option<f64> {
+    /// 50 or 60 Hz, where a line is there that a record can tell from its neighbours: of both, that which a line is nearer to. Mains are
+    /// within half a hertz of what they should be.
+    fn mains(&self) -> Option<f64> {
         let off = |hum: f64| {
-            let each = self.lines.iter().map(|line| (line.frequency_hz.abs() - hum).abs());
+            let each = self.lines.iter().map(|line| {
+                ((line.frequency_hz.abs() - hum).abs() - 3.0 * line.noise_hz.min(self.bin_hz()))
+                    .max(0.0)
+            });
             each.fold(f64::INFINITY, f64::min)
         };
-        let near =
-            |&hum: &f64| self.bin_hz() * 4.0 < hum && off(hum) < 1.5 * self.bin_hz().max(0.2);
+        let near = |&hum: &f64| {
+            self.bin_hz() * 4.0 < hum && off(hum) < (1.5 * self.bin_hz()).max(0.2).min(0.5)
+        };
         [50.0, 60.0].into_iter().filter(near).min_by(|&a, &b| off(a).total_cmp(&off(b)))
     }
 
@@ -241,16 +283,21 @@ impl Survey {
     }
 
     /// Tries ways of measuring on the samples.
-    fn tried(&self, samples: &[Complex<f64>]) -> Finding {
+    fn tried(&self, samples: &[Complex<f64>], alone_hz: Option<f64>) -> Finding {
         let tone = self.tone.and_then(|tone| self.lines.get(tone));
         let band = |tone: &Spectral| self.band(tone, self.n.min(USUAL));
         let hum = |line: &&Spectral| self.hum_hz.is_some_and(|hum| self.of_hum(line, hum));
         let known = Known {
             hum_hz: self.hum_hz,
+            alone_hz,
             bands: tone.map(band).into_iter().collect(),
             lines: self.lines.iter().filter(|line| !hum(line)).count(),
             comb_hz: self.comb_hz(),
             row: self.row,
+            line: tone
+                .filter(|line| line.verdict == Verdict::Good.name())
+                .map(|it| (it.frequency_hz, it.noise_hz)),
+            series: self.series,
         };
         let (codes, scale) = self.codes();
         let (iq, rate_hz, records) = (self.iq, self.rate_hz, self.row.is_some());
@@ -259,7 +306,7 @@ impl Survey {
         if let Some((way, ..)) = &finding.held
             && self.uneven(way.n).is_some()
         {
-            finding = Finding { nature: Nature::Unknown, held: None };
+            finding = Finding::bare(Nature::Unknown);
         }
         finding
     }
@@ -345,6 +392,7 @@ impl Survey {
         }
         match of {
             Of::Track => words + " --track",
+            Of::Harmonics(order) => words + &format!(" --harmonics {order}"),
             Of::Blocks | Of::Bursts => words,
         }
     }

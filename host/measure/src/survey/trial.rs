@@ -36,6 +36,8 @@ pub enum Of {
     Track,
     /// Bursts, wherever they are.
     Bursts,
+    /// The fundamental of each block, from its harmonics up to this order.
+    Harmonics(u32),
 }
 
 /// One answer.
@@ -95,7 +97,7 @@ impl Ground<'_> {
     fn of<R: Kind, const N: usize>(&self, way: &Way) -> Vec<Shot> {
         let following = match way.of {
             Of::Track => Following::default(),
-            Of::Blocks | Of::Bursts => Following::NONE,
+            Of::Blocks | Of::Bursts | Of::Harmonics(_) => Following::NONE,
         };
         let config =
             Config { band_hz: way.band_hz, following, ..Config::new(self.rate_hz, self.codes) };
@@ -131,15 +133,19 @@ impl Ground<'_> {
         }
         let mut pipeline = Box::new(Pipeline::<R, N>::new(plan));
         blocks
-            .map(|(block, window)| {
+            .filter_map(|(block, window)| {
                 let stamp = Stamp { sequence: block, ..Stamp::default() };
-                let tone = pipeline.block(&stamp, &record(window)).tone;
-                Shot {
+                let measurement = pipeline.block(&stamp, &record(window));
+                let tone = match way.of {
+                    Of::Harmonics(order) => pipeline.harmonic(&measurement, order)?.tone,
+                    _ => measurement.tone,
+                };
+                Some(Shot {
                     middle: middle(block),
                     hz: tone.hertz(),
                     sigma_hz: tone.sigma_hertz(),
                     usable: tone.verdict.usable(),
-                }
+                })
             })
             .collect()
     }

@@ -90,17 +90,20 @@ impl Survey {
 
     /// What was tried, and what to type.
     fn advice(&self, command: &str) -> String {
+        let note = self.finding.note.as_ref().map(|note| format!("note      {note}\n"));
+        let note = note.unwrap_or_default();
         let Some(proposal) = self.proposal() else {
             if let Some(why) = self.uneven(self.record()) {
                 return format!("try       nothing: {why}\n");
             }
             return match self.finding.nature {
                 Nature::Noise | Nature::Silence => String::new(),
-                _ => "try       nothing that was tried gave answers that agree with each other\n"
-                    .into(),
+                _ => {
+                    note + "try       nothing that was tried gave answers that agree with each other\n"
+                }
             };
         };
-        let mut text = String::new();
+        let mut text = note;
         if let Some((way, share, shots)) = &self.finding.held {
             let sigma = |shot: &Shot| self.with_rate(shot.hz, shot.sigma_hz, way.n);
             let mut sigmas: Vec<f64> = shots.iter().map(sigma).collect();
@@ -110,12 +113,13 @@ impl Survey {
             let (held, what) = match way.of {
                 Of::Track => ("followed", "blocks"),
                 Of::Blocks => ("good", "blocks"),
+                Of::Harmonics(_) => ("good", "blocks"),
                 Of::Bursts => ("valid", "bursts"),
             };
             text += &format!(
                 "tried     with the command below {:.0} % of {} {what} are {held}, sigma {} {unit} (median)\n",
                 100.0 * share,
-                (shots.len() as f64 / share).round(),
+                (shots.len() as f64 / share.max(1e-9)).round().min(1e9),
                 digits(sigma)
             );
         }
