@@ -248,7 +248,8 @@ impl Bent {
             count += 1;
         }
         let determinant = kk * ss - ks * ks;
-        if count < 3 || !(determinant > 1e-4 * kk * ss) {
+        let apart = determinant > 1e-4 * kk * ss;
+        if count < 3 || !apart {
             return None;
         }
         let mut variance = 0.0;

@@ -16,6 +16,7 @@ mod arrays;
 mod axes;
 mod blocks;
 mod columns;
+mod converter;
 mod doubt;
 mod error;
 #[cfg(feature = "packed")]
@@ -34,6 +35,7 @@ mod npz;
 mod number;
 #[cfg(feature = "json")]
 mod objects;
+mod opening;
 mod order;
 mod pick;
 mod raw;
@@ -48,9 +50,11 @@ mod text;
 mod times;
 mod unit;
 mod wav;
+mod words;
 
 pub use axes::{Axes, Axis};
 pub use blocks::Blocks;
+pub use converter::Converter;
 pub use error::RecordingError;
 pub use format::Format;
 pub use levels::Levels;
@@ -62,13 +66,13 @@ pub use times::Clock;
 use input::Input;
 use levels::Gauge;
 use num_complex::Complex;
+use opening::{Chained, opened, timed};
 use scaling::Unit;
 use source::{Held, Source};
 use std::fmt;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use times::{Timing, Untimely};
 
 /// Samples that are read at once.
 const CHUNK: usize = 4096;
@@ -102,15 +106,6 @@ pub struct Options {
     pub part: Option<usize>,
     /// The converter that the numbers are codes of, in files of any format. Numbers that are no whole ones are spread over its codes.
     pub converter: Option<Converter>,
-}
-
-/// A converter's codes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Converter {
-    /// Their width.
-    pub bits: u32,
-    /// They count from 0.
-    pub unsigned: bool,
 }
 
 /// One sample, in codes.
@@ -237,7 +232,7 @@ impl Recording {
                     }
                 }
                 timing = timed(path, &mut *opened.source, &options)?;
-                opened = self::opened(path, again()?, &options, timing.as_ref())?;
+                opened = opening::opened(path, again()?, &options, timing.as_ref())?;
                 Vec::new()
             }
             None => {
@@ -412,132 +407,5 @@ impl Recording {
     /// and `hop` are at least 1. What is left at the end and fills no block is not used.
     pub fn blocks(self, n: usize, hop: usize, skip: u64) -> Blocks {
         Blocks::new(self, n, hop, skip)
-    }
-}
-
-/// The numbers of a file. A name that tells its format is believed, unless the first bytes tell another.
-fn opened(
-    path: &Path,
-    input: Input,
-    options: &Options,
-    timing: Option<&Timing>,
-) -> Result<Opened, RecordingError> {
-    if let Some(cure) = Format::cure(&input.head) {
-        return Err(RecordingError::Other(path.into(), cure));
-    }
-    let seen = Format::seen(&input.head);
-    let guessed = Format::guess(path);
-    let format = match (options.format, seen, guessed) {
-        (Some(format), ..) => format,
-        // A sound file has a name that may be anything's.
-        (None, Some(seen), Some(guessed)) if guessed.raw().is_none() && guessed != Format::Csv => {
-            if guessed == Format::Json {
-                seen
-            } else {
-                guessed
-            }
-        }
-        (None, Some(seen), _) => seen,
-        (None, None, Some(guessed)) => guessed,
-        (None, None, None) if text::is_text(&input.head) => Format::Csv,
-        (None, None, None) => {
-            return Err(RecordingError::Unclear(path.into(), doubt::readings(&input.head)));
-        }
-    };
-    if options.format.is_none() && format.raw().is_some() {
-        if text::is_text(&input.head) {
-            // Names like .dat are given to either.
-            return Err(RecordingError::Either(path.into()));
-        }
-        let readings = doubt::readings(&input.head);
-        if Format::vague(path) && !readings.is_empty() {
-            return Err(RecordingError::Unclear(path.into(), readings));
-        }
-        let told = options.iq || options.channel.is_some() || options.channels.is_some();
-        if let Some(like) = order::like(&input.head, format).filter(|_| !told) {
-            return Err(RecordingError::Like(path.into(), like));
-        }
-    }
-    match format {
-        Format::Wav => wav::open(path, input, options),
-        #[cfg(feature = "packed")]
-        Format::Flac => flac::open(path, input, options),
-        Format::Npy => npy::open(path, input, options),
-        #[cfg(feature = "packed")]
-        Format::Npz => npz::open(path, input, options),
-        #[cfg(feature = "packed")]
-        Format::Mat => mat::open(path, input, options),
-        #[cfg(feature = "packed")]
-        Format::Hdf5 => hdf5::open(path, input, options),
-        #[cfg(feature = "packed")]
-        Format::Sigmf => sigmf::open(path, input, options),
-        #[cfg(not(feature = "packed"))]
-        Format::Flac | Format::Npz | Format::Mat | Format::Hdf5 | Format::Sigmf => {
-            Err(RecordingError::Packed(path.into()))
-        }
-        Format::Csv => columns::open(path, input, options, timing),
-        #[cfg(feature = "json")]
-        Format::Json => objects::open(path, input, options),
-        #[cfg(not(feature = "json"))]
-        Format::Json => Err(RecordingError::Packed(path.into())),
-        _ => raw::open(path, input, format, options),
-    }
-}
-
-/// How the rows lie in time that were read.
-fn timed(
-    path: &Path,
-    source: &mut dyn Source,
-    options: &Options,
-) -> Result<Option<Timing>, RecordingError> {
-    let Some((times, named)) = source.times() else { return Ok(None) };
-    if options.rate_hz.is_some() {
-        // Samples are as even as the user says.
-        return Ok(None);
-    }
-    match times::timing(&times, &named, options.part) {
-        Ok(timing) => Ok(Some(timing)),
-        Err(Untimely::Other) => Ok(None),
-        Err(Untimely::Said(what)) => {
-            let what = format!(
-                "its time, column {}, {what}: add --rate HZ to do without it",
-                named.column
-            );
-            Err(RecordingError::Columns(path.into(), what))
-        }
-    }
-}
-
-impl Converter {
-    /// Whether its codes are others than signed ones of 16 bits.
-    fn is_narrow(self) -> bool {
-        self.unsigned || self.bits < 16
-    }
-
-    /// How numbers of these levels become its codes: whole ones are codes, others are spread over them as `spread` does over 16 bits.
-    fn scaling(self, levels: &Levels, spread: Scaling) -> Scaling {
-        let middle =
-            if self.unsigned && self.bits < 16 { (f64::from(self.bits) - 1.0).exp2() } else { 0.0 };
-        if levels.whole {
-            let shift = if self.unsigned && self.bits >= 16 { -32768.0 } else { 0.0 };
-            return Scaling { factor: 1.0, shift };
-        }
-        let share = (f64::from(self.bits) - 16.0).exp2();
-        Scaling { factor: share * spread.factor, shift: share * spread.shift + middle }
-    }
-}
-
-/// What was read to look at it, and then the rest.
-struct Chained {
-    first: Held,
-    rest: Box<dyn Source>,
-}
-
-impl Source for Chained {
-    fn read(&mut self, into: &mut Vec<Sample>, count: usize) -> Result<(), RecordingError> {
-        let from = into.len();
-        self.first.read(into, count)?;
-        let more = count - (into.len() - from);
-        if more > 0 { self.rest.read(into, more) } else { Ok(()) }
     }
 }

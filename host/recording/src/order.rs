@@ -42,7 +42,7 @@ pub(super) fn like(head: &[u8], format: Format) -> Option<&'static str> {
     let means = [0, 1].map(|first| part(first).sum::<f64>() / half);
     let mean = f64::midpoint(means[0], means[1]);
     let power = x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / x.len() as f64;
-    if power <= 0.0 || x.len() % 2 != 0 {
+    if power <= 0.0 || !x.len().is_multiple_of(2) {
         return None;
     }
     let apart = (means[0] - means[1]).powi(2) / 4.0;
@@ -144,9 +144,12 @@ mod tests {
                     "{cycles}"
                 );
             }
-            let two = |k: usize| tone(if k % 2 == 0 { cycles } else { 0.41 * cycles }, k / 2, 0.0);
+            let two = |k: usize| {
+                tone(if k.is_multiple_of(2) { cycles } else { 0.41 * cycles }, k / 2, 0.0)
+            };
             assert_eq!(of(two), Some(TURNS), "{cycles}");
-            let other = |k: usize| if k % 2 == 0 { tone(cycles, k / 2, 0.3) } else { 3000.0 };
+            let other =
+                |k: usize| if k.is_multiple_of(2) { tone(cycles, k / 2, 0.3) } else { 3000.0 };
             assert_eq!(of(other), Some(TURNS), "{cycles}");
             let four = |k: usize| tone(cycles, k / 4 * 2 + k % 2, 0.25 * (k / 2 % 2) as f64);
             // Around a quarter of the rate the two parts are each other's neighbours.

@@ -5,6 +5,7 @@ mod picture;
 mod series;
 mod spectrum;
 mod trial;
+mod ways;
 mod words;
 
 use crate::analyze::cut::uneven;
