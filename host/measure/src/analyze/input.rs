@@ -136,7 +136,7 @@ impl Input {
     pub fn codes(&self) -> Result<Codes, String> {
         // Unsigned codes of 16 bits are read as signed ones.
         let signed = !self.unsigned || self.bits == 16;
-        let codes = Codes::from_bits(signed, self.bits).filter(|_| self.bits % 2 == 0);
+        let codes = Codes::from_bits(signed, self.bits).filter(|_| self.bits.is_multiple_of(2));
         codes.ok_or_else(|| format!("--bits {}: choose 8, 10, 12, 14 or 16", self.bits))
     }
 

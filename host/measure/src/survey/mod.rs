@@ -270,7 +270,7 @@ impl Survey {
             each.fold(f64::INFINITY, f64::min)
         };
         let near = |&hum: &f64| {
-            self.bin_hz() * 4.0 < hum && off(hum) < (1.5 * self.bin_hz()).max(0.2).min(0.5)
+            self.bin_hz() * 4.0 < hum && off(hum) < (1.5 * self.bin_hz()).clamp(0.2, 0.5)
         };
         [50.0, 60.0].into_iter().filter(near).min_by(|&a, &b| off(a).total_cmp(&off(b)))
     }

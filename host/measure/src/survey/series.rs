@@ -17,6 +17,9 @@ const STRONG_DB: f64 = 28.0;
 /// A multiple that is missing costs this share of one that is there.
 const MISSING: f64 = 0.35;
 
+/// A partial: its order, frequency and power in dB.
+type Partial = (u32, f64, f64);
+
 /// A series of partials.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Series {
@@ -38,7 +41,7 @@ pub fn series(peaks: &[(f64, f64)], bin_hz: f64) -> Option<Series> {
     let strongest = peaks.first()?.1;
     peaks.retain(|peak| peak.1 > strongest - BELOW_DB);
     peaks.truncate(2 * HIGHEST as usize);
-    let mut best: Option<(f64, Vec<(u32, f64, f64)>)> = None;
+    let mut best: Option<(f64, Vec<Partial>)> = None;
     for &(seed, _) in peaks.iter().take(SEEDS) {
         for over in 1..=OVER {
             for stretch in STRETCHES {
@@ -73,13 +76,7 @@ fn ratio(order: u32, stretch: f64) -> f64 {
 }
 
 /// Orders, frequencies and powers of the peaks at multiples, where `seed` is the one of this order.
-fn partials(
-    peaks: &[(f64, f64)],
-    seed: f64,
-    over: u32,
-    stretch: f64,
-    bin_hz: f64,
-) -> Vec<(u32, f64, f64)> {
+fn partials(peaks: &[(f64, f64)], seed: f64, over: u32, stretch: f64, bin_hz: f64) -> Vec<Partial> {
     let first = seed / ratio(over, stretch);
     // Neighbours are told apart, and none is two orders.
     if first < 8.0 * bin_hz {
@@ -96,12 +93,12 @@ fn partials(
 }
 
 /// How much partials explain, less what is missing among them.
-fn score(partials: &[(u32, f64, f64)], strongest: f64) -> Option<f64> {
+fn score(partials: &[Partial], strongest: f64) -> Option<f64> {
     let lowest = partials.first()?.0;
     if partials.len() < LEAST || lowest > LOWEST {
         return None;
     }
-    let weight = |it: &(u32, f64, f64)| it.2 - strongest + BELOW_DB;
+    let weight = |it: &Partial| it.2 - strongest + BELOW_DB;
     let sum: f64 = partials.iter().map(weight).sum();
     let mean = sum / partials.len() as f64;
     let missing = partials.last()?.0 as usize - partials.len();
@@ -109,7 +106,7 @@ fn score(partials: &[(u32, f64, f64)], strongest: f64) -> Option<f64> {
 }
 
 /// The fundamental: `(f_k / k)^2` is a line over `k^2`, each of an error of `1 / k`.
-fn fundamental(partials: &[(u32, f64, f64)]) -> Option<f64> {
+fn fundamental(partials: &[Partial]) -> Option<f64> {
     let mut sums = [0.0; 5];
     for &(order, hz, _) in partials {
         let k = f64::from(order);

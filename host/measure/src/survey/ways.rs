@@ -209,7 +209,7 @@ pub(super) fn harmonics(ground: &Ground, series: &Series) -> Option<(Way, f64, V
         let holds =
             10 * near.len() > 6 * shots.len() && 20 * others <= good.len() && !near.is_empty();
         let share = good.len() as f64 / blocks;
-        holds.then(|| (way, share, if good.is_empty() { near } else { good }))
+        holds.then_some((way, share, if good.is_empty() { near } else { good }))
     });
     tried.max_by(|a, b| {
         (a.1 + 0.1 * (a.0.n as f64).log2()).total_cmp(&(b.1 + 0.1 * (b.0.n as f64).log2()))
