@@ -21,12 +21,6 @@ fn main() -> io::Result<()> {
     println!("cargo:rustc-check-cfg=cfg(an505)");
     println!("cargo:rustc-check-cfg=cfg(an547)");
     println!("cargo:rustc-check-cfg=cfg(short_products)");
-    println!("cargo:rustc-check-cfg=cfg(image, values(\"signals\", \"tracking\", \"lines\"))");
-    // What an image measures beyond one tone of a block: one of these.
-    let kinds = ["SIGNALS", "TRACKING", "LINES"];
-    if let Some(kind) = kinds.into_iter().find(|kind| has(kind)) {
-        println!("cargo:rustc-cfg=image=\"{}\"", kind.to_lowercase());
-    }
     if variable("CARGO_CFG_TARGET_OS") != "none" {
         return Ok(());
     }

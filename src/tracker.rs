@@ -55,7 +55,8 @@ pub struct Tracker<R: Record, const N: usize> {
 #[derive(Clone, Debug)]
 struct Followed {
     tracks: [Tracks; 3],
-    locks: [Option<Lock>; 3],
+    /// At most one lock each: an idle tracker is zeros, which an `Option` would not be.
+    locks: [Vec<Lock, 1>; 3],
 }
 
 /// A block in which a tone is followed.
@@ -77,7 +78,7 @@ impl<R: Record, const N: usize> Tracker<R, N> {
     pub fn set_plan(&mut self, plan: Plan<R, N>) {
         self.pipeline.set_plan(plan);
         self.followed.tracks.iter_mut().for_each(|tracks| *tracks = Tracks::new());
-        self.followed.locks.iter_mut().for_each(|lock| *lock = None);
+        self.followed.locks.iter_mut().for_each(Vec::clear);
     }
 
     /// The pipeline. Its spectrum is that of the last block that was searched whole; a plan that follows no tones has all searched.
@@ -112,7 +113,8 @@ impl<R: Record, const N: usize> Tracker<R, N> {
 
     /// Whether the last block of a segment was measured without a search.
     pub fn is_locked(&self, segment: Segment) -> bool {
-        matches!(self.followed.locks.get(place(segment)), Some(Some(lock)) if lock.age > 0)
+        let lock = self.followed.locks.get(place(segment)).and_then(|lock| lock.first());
+        lock.is_some_and(|lock| lock.age > 0)
     }
 
     /// The tracks of a segment, oldest first. Without chirps they are the tracks of all blocks.
@@ -168,7 +170,7 @@ impl<R: Record, const N: usize> Tracker<R, N> {
 
 impl Followed {
     const fn new() -> Self {
-        Self { tracks: [const { Tracks::new() }; 3], locks: [const { None }; 3] }
+        Self { tracks: [const { Tracks::new() }; 3], locks: [const { Vec::new() }; 3] }
     }
 
     /// Measures the locked tone without a search, in the zoom that the lock asks for; `None` if a search is due. A search is due when the
@@ -181,7 +183,7 @@ impl Followed {
     ) -> Option<Measurement> {
         let &Block { stamp, data, layout, terms } = block;
         let segment = place(stamp.segment);
-        let lock = self.locks.get_mut(segment)?.as_mut()?;
+        let lock = self.locks.get_mut(segment)?.first_mut()?;
         let tracks = self.tracks.get_mut(segment)?;
         if lock.age.saturating_add(1) >= terms.tracking.refresh {
             return None;
@@ -232,12 +234,13 @@ impl Followed {
         tracks.step(sight, &terms.tracking);
         let follow = terms.tracking.refresh > 1 && terms.tracking.most == 1;
         let tone = tracks.only().filter(|_| follow);
-        let renewed = match (lock.as_mut(), tone) {
+        let renewed = match (lock.first_mut(), tone) {
             (Some(lock), Some(tone)) => lock.renew(tone, layout),
             _ => false,
         };
         if !renewed {
-            *lock = tone.and_then(|tone| Lock::on(tone, layout));
+            lock.clear();
+            lock.extend(tone.and_then(|tone| Lock::on(tone, layout)));
         }
     }
 }

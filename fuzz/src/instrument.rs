@@ -10,13 +10,11 @@ use picket_dsp::acquire::frontend::{Block, Counters};
 use picket_dsp::acquire::sample::{Iq, Real};
 use picket_dsp::config::{Config, Following, Scene};
 use picket_dsp::pipeline::Measurement;
-use picket_dsp::plan::Plan as Idle;
 use picket_dsp::solve::chirp::{Mixing, Shape};
 use picket_dsp::solve::equations::Chirp;
-use picket_dsp::tracker::Tracker;
 use picket_instrument::crashes::Crashes;
-use picket_instrument::gatherer::Gatherer;
-use picket_instrument::meter::{Meter, Several};
+use picket_instrument::every::Every;
+use picket_instrument::meter;
 use picket_instrument::plan::Plan;
 use picket_instrument::slot::Slot;
 use picket_instrument::storage::{self, PAGE, Page, Storage};
@@ -277,26 +275,12 @@ struct Birth {
     last: LastEnd,
 }
 
-/// The first byte tells what measures; each step takes some bytes. Returns the number of steps.
+/// What measures, of either kind of record.
+type Meters = meter::Meters<Every<Real, N>, Every<Iq, N>>;
+
+/// Each step takes some bytes. Returns the number of steps.
 pub fn steps(bytes: &[u8]) -> u64 {
-    let mut input = Input(bytes);
-    match input.byte() % 3 {
-        0 => lives(
-            &mut Gatherer::<Real, N>::new(Idle::IDLE),
-            &mut Gatherer::<Iq, N>::new(Idle::IDLE),
-            input,
-        ),
-        1 => lives(
-            &mut Tracker::<Real, N>::new(Idle::IDLE),
-            &mut Tracker::<Iq, N>::new(Idle::IDLE),
-            input,
-        ),
-        _ => lives(
-            &mut Several::<Real, N>::new(Idle::IDLE),
-            &mut Several::<Iq, N>::new(Idle::IDLE),
-            input,
-        ),
-    }
+    lives(&mut Box::new(Meters::IDLE), Input(bytes))
 }
 
 /// As [`steps`], for libFuzzer.
@@ -304,7 +288,7 @@ pub fn instrument(bytes: &[u8]) {
     steps(bytes);
 }
 
-fn lives<M: Meter<Real, N>, Q: Meter<Iq, N>>(real: &mut M, iq: &mut Q, mut input: Input) -> u64 {
+fn lives(meters: &mut Meters, mut input: Input) -> u64 {
     let mut memory = Box::new([[0u32; SLOT]; SLOTS]);
     let [fill, ticks] = input.take();
     // A new chip, or one that held something else; ticks that wrap soon.
@@ -351,15 +335,15 @@ fn lives<M: Meter<Real, N>, Q: Meter<Iq, N>>(real: &mut M, iq: &mut Q, mut input
             .iter_mut()
             .map(|words| Slot::new(unsafe { &mut *std::ptr::from_mut(words) }))
             .collect();
-        birth = life((&mut *real, &mut *iq), &mut world, &mut knows, birth, &mut input, &mut steps);
+        birth = life(meters, &mut world, &mut knows, birth, &mut input, &mut steps);
         world.slots.clear();
     }
     steps
 }
 
 /// One life, from a start to the next: how that begins.
-fn life<M: Meter<Real, N>, Q: Meter<Iq, N>>(
-    meters: (&mut M, &mut Q),
+fn life(
+    meters: &mut Meters,
     world: &mut World,
     knows: &mut Knows,
     birth: Birth,
@@ -376,7 +360,7 @@ fn life<M: Meter<Real, N>, Q: Meter<Iq, N>>(
     knows.crashes = crashes.word();
     let start = Start::new::<N>(left, &world.flash, crashes);
     let start = Start { causes, last, saves: knows.saves, ..start };
-    let made = Instrument::<World, N, SLOT, M, Q>::new(world, start, meters);
+    let made = Instrument::new(&*world, start, meters);
     let (mut it, ()) = made.expect("the default settings work here");
     let measuring = it.plan().settings.start;
     it.begin(world, measuring);

@@ -20,35 +20,13 @@ use tempfile::TempDir;
 /// The image's name.
 pub const IMAGE: &str = "frontend_nucleo";
 
-/// What an image does beside measuring block by block.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Beside {
-    /// Nothing.
-    Nothing,
-    /// It follows tones.
-    Tracking,
-    /// It reports several tones of a block.
-    Lines,
-    /// It adds blocks, and cuts bursts.
-    Signals,
-    /// It sets the chip's brown-out level, once.
-    BrownOut,
-}
-
-/// The image for the board, or for the emulator.
-pub fn image(played: bool, beside: Beside) -> Result<PathBuf, toolchain::ToolError> {
-    let mut features = vec![if played { "played" } else { "nucleo" }];
-    features.extend(match beside {
-        Beside::Nothing => None,
-        Beside::Tracking => Some("tracking"),
-        Beside::Lines => Some("lines"),
-        Beside::Signals => Some("signals"),
-        Beside::BrownOut => Some("brown-out"),
-    });
-    // Compiled for size alone, the search for further tones, a sum and a burst take twice as long; for speed alone, all of the flash.
-    let fast = matches!(beside, Beside::Lines | Beside::Signals);
-    let profile = if fast { Profile::Balanced } else { Profile::Size };
-    Firmware { bin: IMAGE, target: Target::M4f, features: &features, profile }.build()
+/// The image for the board, or for the emulator; `brown_out`: it also sets the chip's brown-out level, once.
+pub fn image(played: bool, brown_out: bool) -> Result<PathBuf, toolchain::ToolError> {
+    let board = if played { "played" } else { "nucleo" };
+    let features = [board, "brown-out"];
+    let features = if brown_out { &features[..] } else { &features[..1] };
+    let (target, profile) = (Target::M4f, Profile::Balanced);
+    Firmware { bin: IMAGE, target, features, profile }.build()
 }
 
 /// The image that goes through the board's list by itself.

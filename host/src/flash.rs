@@ -1,6 +1,6 @@
 //! `picket flash`: the image on its way to the board; here the NUCLEO's.
 
-use crate::board::{self, Beside};
+use crate::board;
 use crate::cli::print_line;
 use crate::emulator::{Footprint, RunError};
 use crate::end;
@@ -32,20 +32,11 @@ pub struct Options {
     /// The board
     #[arg(long, value_enum, default_value_t = Board::Nucleo)]
     board: Board,
-    /// The image that also follows tones from block to block: see `follow` in docs/board.md
-    #[arg(long)]
-    tracking: bool,
-    /// The image that also reports up to four tones of a block: see `most` in docs/board.md
-    #[arg(long, conflicts_with = "tracking")]
-    lines: bool,
-    /// The image that also adds blocks without their phases and cuts bursts out of the stream: see `mode` in docs/board.md
-    #[arg(long, conflicts_with_all = ["tracking", "lines"])]
-    signals: bool,
     /// The image that goes through the list of docs/board.md by itself, with one wire from A2 to A0
-    #[arg(long, conflicts_with_all = ["tracking", "lines", "signals"])]
+    #[arg(long)]
     self_test: bool,
     /// The image that also sets the chip's brown-out level, once, by its option bytes: see docs/board.md
-    #[arg(long, conflicts_with_all = ["tracking", "lines", "signals", "self_test"])]
+    #[arg(long, conflicts_with = "self_test")]
     brown_out: bool,
     /// Writes nothing: begins the self-test that is on the board anew, and prints its list
     #[arg(long, value_name = "PORT", requires = "self_test", conflicts_with = "dry_run")]
@@ -54,7 +45,7 @@ pub struct Options {
     #[arg(long, requires = "listen")]
     quick: bool,
     /// With --board pico: the image that has a serial port over USB, too. It is outside the proof that no panic is reachable
-    #[arg(long, conflicts_with_all = ["tracking", "signals", "self_test", "brown_out"])]
+    #[arg(long, conflicts_with_all = ["self_test", "brown_out"])]
     usb: bool,
     /// Stops before the board
     #[arg(long)]
@@ -64,17 +55,11 @@ pub struct Options {
 /// The images for the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Measures block by block.
+    /// Measures as the settings say.
     Usual,
-    /// Follows tones.
-    Tracking,
-    /// Reports several tones of a block.
-    Lines,
-    /// Adds blocks, and cuts bursts.
-    Signals,
     /// Goes through the board's list.
     SelfTest,
-    /// Measures block by block, and sets the brown-out level.
+    /// As the usual one, and sets the brown-out level.
     BrownOut,
 }
 
@@ -86,12 +71,9 @@ pub fn run(options: &Options) -> Result<ExitCode, FlashError> {
     if options.usb {
         return Err(FlashError::NoSuchImage);
     }
-    let kind = match (options.tracking, options.lines, options.self_test) {
-        (_, _, true) => Kind::SelfTest,
-        (true, ..) => Kind::Tracking,
-        (_, true, _) => Kind::Lines,
-        _ if options.signals => Kind::Signals,
-        _ if options.brown_out => Kind::BrownOut,
+    let kind = match options {
+        Options { self_test: true, .. } => Kind::SelfTest,
+        Options { brown_out: true, .. } => Kind::BrownOut,
         _ => Kind::Usual,
     };
     have(&[Need::Core(Target::M4f)])?;
@@ -100,8 +82,8 @@ pub fn run(options: &Options) -> Result<ExitCode, FlashError> {
         return listen(port, options.quick, image.program);
     }
     outln!("{image}");
-    // The other images take longer for a block, or run at the rates of their list.
-    if matches!(kind, Kind::Usual | Kind::BrownOut) {
+    // The self-test runs at the rates of its list.
+    if kind != Kind::SelfTest {
         rates::nucleo().iter().for_each(|rates| outln!("{rates}"));
     }
     if !options.dry_run {
@@ -122,8 +104,7 @@ pub fn run(options: &Options) -> Result<ExitCode, FlashError> {
 }
 
 fn to_pico(options: &Options) -> Result<ExitCode, FlashError> {
-    let Options { tracking, lines, signals, self_test, brown_out, .. } = *options;
-    if [tracking, lines, signals, self_test, brown_out].contains(&true) {
+    if options.self_test || options.brown_out {
         return Err(FlashError::NoSuchImage);
     }
     have(&[Need::Core(Target::M0)])?;
@@ -137,17 +118,8 @@ fn to_pico(options: &Options) -> Result<ExitCode, FlashError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Flash and RAM that the image may take. Sixteen slots for blocks take 70 KB of the RAM, which nothing else needs.
-pub const BUDGET: Footprint = Footprint { flash: 152 << 10, ram: 100 << 10 };
-
-/// What the image that follows tones may take: the chip has 256 KB of flash for it, and 128 KB of RAM.
-pub const TRACKING: Footprint = Footprint { flash: 196 << 10, ram: 116 << 10 };
-
-/// What the image that reports several tones of a block may take.
-pub const LINES: Footprint = Footprint { flash: 248 << 10, ram: 112 << 10 };
-
-/// What the image for sums and bursts may take: it has eight slots.
-pub const SIGNALS: Footprint = Footprint { flash: 244 << 10, ram: 116 << 10 };
+/// Flash and RAM that the image may take without its stack. Twelve slots for blocks take 52 KB of the RAM.
+pub const BUDGET: Footprint = Footprint { flash: 384 << 10, ram: 104 << 10 };
 
 /// What the self-test may take: its code lies in RAM as well, and its DAC's table of 10 KB.
 pub const SELF_TEST: Footprint = Footprint { flash: 148 << 10, ram: 60 << 10 };
@@ -167,8 +139,7 @@ pub enum FlashError {
     Probe(String),
     /// No drive of a Pico is mounted.
     NoDrive(PathBuf),
-    /// The Pico has no image that follows tones, reports several, takes sums and bursts or sets a brown-out level, nor a self-test, the
-    /// NUCLEO none with USB.
+    /// The Pico has neither a self-test nor a brown-out level to set, the NUCLEO no USB.
     NoSuchImage,
     /// The board's port.
     Port(WatchError),
@@ -193,7 +164,7 @@ impl fmt::Display for FlashError {
             FlashError::NoSuchImage => {
                 write!(
                     f,
-                    "this board has no such image: --usb is the Pico's, --tracking, --lines, --signals, --brown-out and --self-test are the NUCLEO's"
+                    "this board has no such image: --usb is the Pico's, --brown-out and --self-test are the NUCLEO's"
                 )
             }
             FlashError::Port(error) => error.fmt(f),
@@ -258,11 +229,8 @@ impl fmt::Display for Image {
 /// Builds one of the images.
 pub fn build(kind: Kind) -> Result<Image, FlashError> {
     let elf = match kind {
-        Kind::Usual => board::image(false, Beside::Nothing)?,
-        Kind::Tracking => board::image(false, Beside::Tracking)?,
-        Kind::Lines => board::image(false, Beside::Lines)?,
-        Kind::Signals => board::image(false, Beside::Signals)?,
-        Kind::BrownOut => board::image(false, Beside::BrownOut)?,
+        Kind::Usual => board::image(false, false)?,
+        Kind::BrownOut => board::image(false, true)?,
         Kind::SelfTest => board::self_test()?,
     };
     let bytes = binary(&elf)?;
@@ -273,13 +241,7 @@ pub fn build(kind: Kind) -> Result<Image, FlashError> {
     };
     let binary = firmware_dir().join(name);
     std::fs::write(&binary, &bytes).map_err(io_error(binary.display()))?;
-    let budget = match kind {
-        Kind::Usual | Kind::BrownOut => BUDGET,
-        Kind::Tracking => TRACKING,
-        Kind::Lines => LINES,
-        Kind::Signals => SIGNALS,
-        Kind::SelfTest => SELF_TEST,
-    };
+    let budget = if kind == Kind::SelfTest { SELF_TEST } else { BUDGET };
     Ok(Image {
         footprint: Footprint::from_elf(&elf)?,
         budget,

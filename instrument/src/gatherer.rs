@@ -1,5 +1,6 @@
 //! Sums of blocks, and bursts in the stream.
 
+use crate::either::Idle;
 use crate::meter::{BURSTS, Gathered, Meter};
 use core::mem;
 use heapless::Vec;
@@ -24,17 +25,6 @@ pub struct Gatherer<R: Record, const N: usize> {
 }
 
 impl<R: Record, const N: usize> Gatherer<R, N> {
-    /// A gatherer that waits for its plan, in memory of zeros; the argument is not used.
-    pub const fn new(_: Plan<R, N>) -> Self {
-        Self {
-            mode: Mode::Blocks,
-            processor: BurstProcessor::IDLE,
-            sum: Accumulator::IDLE,
-            gathered: Gathered::Block,
-            number: 0,
-        }
-    }
-
     /// The bursts that a block completes.
     fn bursts(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) -> Gathered {
         let mut bursts = Vec::<Burst, BURSTS>::new();
@@ -54,9 +44,18 @@ impl<R: Record, const N: usize> Gatherer<R, N> {
     }
 }
 
+impl<R: Record, const N: usize> Idle for Gatherer<R, N> {
+    const IDLE: Self = Self {
+        mode: Mode::Blocks,
+        processor: BurstProcessor::IDLE,
+        sum: Accumulator::IDLE,
+        gathered: Gathered::Block,
+        number: 0,
+    };
+}
+
 impl<R: Record, const N: usize> Meter<R, N> for Gatherer<R, N> {
     const SIGNALS: bool = true;
-    // Their solver has no room beside the sums and the bursts.
     const CHIRPS: bool = false;
 
     fn set_plan(&mut self, plan: Plan<R, N>) {

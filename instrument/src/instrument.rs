@@ -4,7 +4,7 @@
 //! caller starts another instrument with them. Start and stop are settings like the others.
 
 use crate::bounds::{Deadline, Refusals, Saves, health};
-use crate::meter::{Gathered, Measurer, Meter, Meters};
+use crate::meter::{Gathered, Meter, Meters};
 use crate::plan::Plan;
 use crate::port::Port;
 use crate::slot::Slot;
@@ -59,7 +59,7 @@ pub struct Instrument<
     saves: Saves,
     /// Frames dropped because the line had no room.
     dropped: u32,
-    measurer: Measurer<'a, M, Q>,
+    meters: &'a mut Meters<M, Q>,
     /// Raw blocks still to send; and the block being sent, with the number of its bytes already sent.
     captures: u16,
     raw: Option<(Block<Slot<SLOT>>, usize)>,
@@ -128,7 +128,11 @@ where
     /// An instrument before its first block, and its settings' words on the board. Where the wanted settings cannot work on the board in
     /// its present state, the default ones are taken, stopped, and the boot record says so: if the clock is slower than wanted, the board
     /// waits for other settings. `None` if not even the default ones work.
-    pub fn new(port: &P, mut start: Start, meters: Meters<'a, M, Q>) -> Option<(Self, P::Words)> {
+    pub fn new(
+        port: &P,
+        mut start: Start,
+        meters: &'a mut Meters<M, Q>,
+    ) -> Option<(Self, P::Words)> {
         let (planned, unfit) = match planned::<P, N, SLOT, M, Q>(port, &mut start.settings) {
             Ok(planned) => (planned, false),
             Err(_) => {
@@ -137,6 +141,7 @@ where
             }
         };
         let (plan, words) = planned;
+        meters.set(&plan);
         let basis = plan.basis(port.clock());
         let boot = Boot {
             board: const { Name::new(P::NAME) },
@@ -163,7 +168,7 @@ where
             refusals: Refusals::new(since),
             saves: Saves::new(start.saves),
             dropped: 0,
-            measurer: Measurer::new(meters, &plan),
+            meters,
             captures: 0,
             raw: None,
             until_report: 0,
@@ -249,8 +254,8 @@ where
         let guard = self.plan.settings.guard;
         let before = port.ticks();
         port.correct(&mut block.slot);
-        let measured = self.measurer.block::<N, SLOT>(&mut block, guard);
-        let gathered = self.measurer.gathered::<N>();
+        let measured = self.meters.block::<N, SLOT>(&mut block, guard);
+        let gathered = self.meters.gathered::<N>();
         let mut measurement = measured;
         port.widen(&mut measurement);
         self.longest = self.longest.max(port.ticks().wrapping_sub(before));
@@ -338,8 +343,8 @@ where
     ) {
         let method = self.plan.plan.options.method;
         let stamp = measurement.stamp;
-        let lines = self.measurer.lines::<N>(measured, self.plan.settings.further());
-        let fundamental = self.measurer.fundamental::<N>(measured, self.plan.settings.order());
+        let lines = self.meters.lines::<N>(measured, self.plan.settings.further());
+        let fundamental = self.meters.fundamental::<N>(measured, self.plan.settings.order());
         if M::LINES || Q::LINES {
             self.longest = self.longest.max(port.ticks().wrapping_sub(began));
         }
@@ -367,7 +372,7 @@ where
             fundamental.harmonic.tone.sigma = tone.sigma;
             self.send(port, &fundamental.to_frame());
         }
-        if let Some(mut follow) = self.measurer.followed::<N>(&stamp, |tone| widen(port, tone)) {
+        if let Some(mut follow) = self.meters.followed::<N>(&stamp, |tone| widen(port, tone)) {
             for (_, target) in &mut follow.targets {
                 let result = Outcome::Target(*target);
                 let mut measurement = widened(port, Tone::default(), result);

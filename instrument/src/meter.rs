@@ -1,5 +1,6 @@
 //! Measures blocks: by a pipeline, by the tracker around it, or as sums and bursts.
 
+use crate::either::{Either, Held, Idle};
 use crate::slot::Slot;
 use heapless::Vec;
 use picket_dsp::acquire::frontend::Block;
@@ -39,7 +40,7 @@ pub enum Gathered {
 pub const BURSTS: usize = 4;
 
 /// Measures blocks of `N` samples. Settings beyond the meter's constants are refused.
-pub trait Meter<R: Record, const N: usize> {
+pub trait Meter<R: Record, const N: usize>: Idle {
     /// Whether the meter follows tones from block to block.
     const FOLLOWS: bool = false;
     /// Whether the meter finds more than one tone of a block, and a fundamental.
@@ -79,6 +80,10 @@ pub trait Meter<R: Record, const N: usize> {
     }
 }
 
+impl<R: Record, const N: usize> Idle for Pipeline<R, N> {
+    const IDLE: Self = Pipeline::new(Plan::IDLE);
+}
+
 impl<R: Record, const N: usize> Meter<R, N> for Pipeline<R, N> {
     fn set_plan(&mut self, plan: Plan<R, N>) {
         Pipeline::set_plan(self, plan);
@@ -90,13 +95,20 @@ impl<R: Record, const N: usize> Meter<R, N> for Pipeline<R, N> {
     }
 }
 
+impl<R: Record, const N: usize> Idle for Tracker<R, N> {
+    const IDLE: Self = Tracker::new(Plan::IDLE);
+}
+
+/// A tracker whose plan follows no tones reports further tones of a block, and a fundamental.
 impl<R: Record, const N: usize> Meter<R, N> for Tracker<R, N> {
     const FOLLOWS: bool = true;
+    const LINES: bool = true;
 
     fn set_plan(&mut self, plan: Plan<R, N>) {
         Tracker::set_plan(self, plan);
     }
 
+    #[inline(never)] // once in an image, not in each place that measures
     fn block(&mut self, stamp: &Stamp, samples: &mut [R::Sample; N]) -> Measurement {
         Tracker::block(self, stamp, samples)
     }
@@ -104,36 +116,18 @@ impl<R: Record, const N: usize> Meter<R, N> for Tracker<R, N> {
     fn followed(&self, stamp: &Stamp, widen: impl Fn(&mut Tone)) -> Option<Follow> {
         self.follows().then(|| Follow::widened(self, stamp, widen))
     }
-}
-
-/// A pipeline that also reports further tones of a block, and a fundamental.
-pub struct Several<R: Record, const N: usize>(Pipeline<R, N>);
-
-impl<R: Record, const N: usize> Several<R, N> {
-    /// A meter with this plan.
-    pub const fn new(plan: Plan<R, N>) -> Self {
-        Self(Pipeline::new(plan))
-    }
-}
-
-impl<R: Record, const N: usize> Meter<R, N> for Several<R, N> {
-    const LINES: bool = true;
-
-    fn set_plan(&mut self, plan: Plan<R, N>) {
-        self.0.set_plan(plan);
-    }
-
-    fn block(&mut self, stamp: &Stamp, samples: &mut [R::Sample; N]) -> Measurement {
-        self.0.block(stamp, samples)
-    }
 
     fn lines(&self, measurement: &Measurement, most: usize) -> Vec<ToneWithPhase, MOST> {
-        self.0.lines(measurement, most)
+        self.pipeline().lines(measurement, most)
     }
 
     fn harmonic(&self, measurement: &Measurement, order: u32) -> Option<Harmonic> {
-        self.0.harmonic(measurement, order)
+        self.pipeline().harmonic(measurement, order)
     }
+}
+
+impl<const N: usize, const TWICE: usize> Idle for Alternating<N, TWICE> {
+    const IDLE: Self = Alternating::IDLE;
 }
 
 /// Pairs that one converter takes by turns.
@@ -157,35 +151,30 @@ impl<R: Record, const N: usize> Meter<R, N> for () {
     }
 }
 
-/// A meter for each kind of record. In static memory they need no room on the stack.
-pub type Meters<'a, M, Q> = (&'a mut M, &'a mut Q);
+/// The meter for the kind of record in use. In static memory it needs no room on the stack.
+pub struct Meters<M, Q>(Either<M, Q>);
 
-/// The meter for the kind of record in use.
-pub(crate) enum Measurer<'a, M, Q> {
-    /// For records of one input.
-    Real(&'a mut M),
-    /// For records of two inputs.
-    Iq(&'a mut Q),
-}
+impl<M: Idle, Q: Idle> Meters<M, Q> {
+    /// Waiting for the first plan.
+    pub const IDLE: Self = Self(Either::IDLE);
 
-impl<'a, M, Q> Measurer<'a, M, Q> {
-    /// The meter for checked settings.
-    pub fn new<const N: usize>((real, iq): Meters<'a, M, Q>, plan: &super::plan::Plan<N>) -> Self
+    /// Makes the meter one for checked settings.
+    pub(crate) fn set<const N: usize>(&mut self, plan: &super::plan::Plan<N>)
     where
         M: Meter<Real, N>,
         Q: Meter<Iq, N>,
     {
         let Settings { mode, config: Config { false_alarm, .. }, .. } = plan.settings;
-        match &plan.plan {
+        match plan.plan {
             EitherPlan::Real(plan) => {
-                real.set_plan(*plan);
-                real.choose(mode, false_alarm);
-                Measurer::Real(real)
+                let meter = self.0.first();
+                meter.set_plan(plan);
+                meter.choose(mode, false_alarm);
             }
             EitherPlan::Iq(plan) => {
-                iq.set_plan(*plan);
-                iq.choose(mode, false_alarm);
-                Measurer::Iq(iq)
+                let meter = self.0.second();
+                meter.set_plan(plan);
+                meter.choose(mode, false_alarm);
             }
         }
     }
@@ -200,11 +189,11 @@ impl<'a, M, Q> Measurer<'a, M, Q> {
         M: Meter<Real, N>,
         Q: Meter<Iq, N>,
     {
-        match self {
-            Measurer::Real(meter) => {
+        match self.0.get_mut() {
+            Held::First(meter) => {
                 meter.block(&block.stamp, block.slot.samples_mut::<Real, N>(guard))
             }
-            Measurer::Iq(meter) => {
+            Held::Second(meter) => {
                 meter.block(&block.stamp, block.slot.samples_mut::<Iq, N>(guard))
             }
         }
@@ -216,9 +205,9 @@ impl<'a, M, Q> Measurer<'a, M, Q> {
         M: Meter<Real, N>,
         Q: Meter<Iq, N>,
     {
-        match self {
-            Measurer::Real(meter) => meter.gathered(),
-            Measurer::Iq(meter) => meter.gathered(),
+        match self.0.get_mut() {
+            Held::First(meter) => meter.gathered(),
+            Held::Second(meter) => meter.gathered(),
         }
     }
 
@@ -232,9 +221,9 @@ impl<'a, M, Q> Measurer<'a, M, Q> {
         M: Meter<Real, N>,
         Q: Meter<Iq, N>,
     {
-        match self {
-            Measurer::Real(meter) => meter.followed(stamp, widen),
-            Measurer::Iq(meter) => meter.followed(stamp, widen),
+        match self.0.get() {
+            Held::First(meter) => meter.followed(stamp, widen),
+            Held::Second(meter) => meter.followed(stamp, widen),
         }
     }
 
@@ -248,9 +237,9 @@ impl<'a, M, Q> Measurer<'a, M, Q> {
             return None;
         }
         let most = 1 + usize::from(further);
-        let tones = match self {
-            Measurer::Real(meter) => meter.lines(measurement, most),
-            Measurer::Iq(meter) => meter.lines(measurement, most),
+        let tones = match self.0.get() {
+            Held::First(meter) => meter.lines(measurement, most),
+            Held::Second(meter) => meter.lines(measurement, most),
         };
         Some(Lines::from_tones(&measurement.stamp, tones))
     }
@@ -268,9 +257,9 @@ impl<'a, M, Q> Measurer<'a, M, Q> {
         if !(M::LINES || Q::LINES) || order == 0 {
             return None;
         }
-        let harmonic = match self {
-            Measurer::Real(meter) => meter.harmonic(measurement, order.into()),
-            Measurer::Iq(meter) => meter.harmonic(measurement, order.into()),
+        let harmonic = match self.0.get() {
+            Held::First(meter) => meter.harmonic(measurement, order.into()),
+            Held::Second(meter) => meter.harmonic(measurement, order.into()),
         };
         Some(Fundamental::from_harmonic(&measurement.stamp, harmonic?))
     }

@@ -108,10 +108,13 @@ pub fn check_worst(
     if cycles < most + target { Err(SettingsError::Rate(RateError::Worst)) } else { Ok(()) }
 }
 
-/// Whether the mode is compatible with the other settings: sums and bursts have one tone, and no tracks.
+/// Whether the mode is compatible with the other settings: sums and bursts have one tone, and no tracks, and further tones and a fundamental
+/// are those of a block that is searched whole.
 fn is_possible(settings: &Settings, chirp: bool) -> bool {
+    let one = settings.further() + settings.order() == 0;
+    let free = settings.config.following.most == 0;
     let numbers = match settings.mode {
-        Mode::Blocks => return true,
+        Mode::Blocks => return one || free,
         Mode::Accumulate { blocks, drift_bins } => {
             (1..=MOST_BLOCKS).contains(&blocks) && drift_bins.is_finite()
         }
@@ -119,8 +122,7 @@ fn is_possible(settings: &Settings, chirp: bool) -> bool {
             ratio.is_none_or(|ratio| ratio >= Trigger::LEAST_RATIO && ratio.is_finite())
         }
     };
-    let alone = settings.config.following.most == 0 && settings.further() + settings.order() == 0;
-    numbers && alone && !chirp
+    numbers && one && free && !chirp
 }
 
 /// The configuration with the board's rate, and the ramp's true duration and guard.

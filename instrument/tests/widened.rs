@@ -5,13 +5,12 @@ use picket_dsp::acquire::frontend::{Block, Counters};
 use picket_dsp::acquire::sample::Iq;
 use picket_dsp::config::{Config, Following, Scene};
 use picket_dsp::pipeline::Measurement;
-use picket_dsp::plan::Plan as Idle;
 use picket_dsp::solve::chirp::Shape;
 use picket_dsp::solve::equations::Chirp;
 use picket_dsp::tone::Tone;
-use picket_dsp::tracker::Tracker;
 use picket_instrument::clock::{self, INTERNAL};
-use picket_instrument::meter::{Meter, Several};
+use picket_instrument::every::Every;
+use picket_instrument::meter::Meters;
 use picket_instrument::plan::Plan;
 use picket_instrument::slot::Slot;
 use picket_instrument::storage::NoStorage;
@@ -91,12 +90,7 @@ impl Port<N, N> for Board {
 }
 
 /// What is said of these blocks of pairs, by this clock.
-fn said<M: Meter<Iq, N>>(
-    meter: &mut M,
-    settings: Settings,
-    clock: Clock,
-    blocks: &[Vec<[i16; 2]>],
-) -> Vec<Frame> {
+fn said(settings: Settings, clock: Clock, blocks: &[Vec<[i16; 2]>]) -> Vec<Frame> {
     let memory = Box::leak(Box::new([0u32; N]));
     let mut board = Board {
         clock,
@@ -106,9 +100,8 @@ fn said<M: Meter<Iq, N>>(
         said: Vec::new(),
     };
     let start = Start { settings, ..Start::default() };
-    let mut none = ();
-    let (mut instrument, ()) =
-        Instrument::<Board, N, N, (), M>::new(&board, start, (&mut none, meter)).unwrap();
+    let mut meters = Box::new(Meters::<(), Every<Iq, N>>::IDLE);
+    let (mut instrument, ()) = Instrument::new(&board, start, &mut *meters).unwrap();
     instrument.begin(&mut board, true);
     for (number, pairs) in blocks.iter().enumerate() {
         let mut slot = board.slots.pop().unwrap();
@@ -146,14 +139,13 @@ fn tone(tone: &Tone) -> Seen {
 
 /// Asserts that an internal oscillator widens each number that `read` finds by its part, and changes nothing else. Returns how many those
 /// are.
-fn widened<M: Meter<Iq, N>>(
-    meter: impl Fn() -> Box<M>,
+fn widened(
     settings: Settings,
     blocks: &[Vec<[i16; 2]>],
     read: impl Fn(&Frame) -> Vec<Seen>,
 ) -> usize {
     let [exact, wide] = [Clock::External, Clock::Internal].map(|clock| {
-        let frames = said(&mut *meter(), settings, clock, blocks);
+        let frames = said(settings, clock, blocks);
         frames.iter().flat_map(&read).collect::<Vec<Seen>>()
     });
     assert_eq!(exact.len(), wide.len());
@@ -173,17 +165,15 @@ fn settings(scene: Scene) -> Settings {
 #[test]
 fn tones_and_a_fundamental() {
     let settings = Settings { most: 3, harmonics: 3, ..settings(Scene::Tone) };
-    let meter = || Box::new(Several::<Iq, N>::new(Idle::IDLE));
-    let count =
-        widened(meter, settings, &[pairs(&[20.3, 40.6, 60.9], 1)], |frame| match frame.kind {
-            Kind::Telemetry => vec![tone(&Telemetry::from_frame(frame).unwrap().measurement.tone)],
-            Kind::Lines => {
-                let lines = Lines::from_frame(frame).unwrap();
-                lines.tones.iter().map(|line| tone(&line.tone)).collect()
-            }
-            Kind::Fundamental => vec![tone(&Fundamental::from_frame(frame).unwrap().harmonic.tone)],
-            _ => Vec::new(),
-        });
+    let count = widened(settings, &[pairs(&[20.3, 40.6, 60.9], 1)], |frame| match frame.kind {
+        Kind::Telemetry => vec![tone(&Telemetry::from_frame(frame).unwrap().measurement.tone)],
+        Kind::Lines => {
+            let lines = Lines::from_frame(frame).unwrap();
+            lines.tones.iter().map(|line| tone(&line.tone)).collect()
+        }
+        Kind::Fundamental => vec![tone(&Fundamental::from_frame(frame).unwrap().harmonic.tone)],
+        _ => Vec::new(),
+    });
     assert_eq!(count, 1 + 3 + 1);
 }
 
@@ -196,10 +186,9 @@ fn tracks_and_their_targets() {
     // A target that approaches: its falling beat is higher.
     let blocks: Vec<_> =
         (0..12).map(|n| pairs(&[if n % 2 == 0 { 20.3 } else { -24.3 }], n)).collect();
-    let meter = || Box::new(Tracker::<Iq, N>::new(Idle::IDLE));
     let ranges = |settings| {
         let ranges = std::cell::RefCell::new(Vec::new());
-        let count = widened(meter, settings, &blocks, |frame| {
+        let count = widened(settings, &blocks, |frame| {
             let Kind::Follow = frame.kind else { return Vec::new() };
             let follow = Follow::from_frame(frame).unwrap();
             let tracks = follow

@@ -39,7 +39,7 @@ const BOARDS: [Images; 3] = [
 ];
 
 /// The images for each core, with the board's feature. The M0's benchmark runs on the M3's board.
-const IMAGES: [Images; 13] = [
+const IMAGES: [Images; 10] = [
     (Target::M0, &["bench"], &["mps2"]),
     (Target::M0, &["frontend_pico"], &["pico"]),
     (Target::M0, &["frontend_pico"], &["usb"]),
@@ -50,9 +50,6 @@ const IMAGES: [Images; 13] = [
         &["mps2"],
     ),
     (Target::M4f, &["frontend_nucleo"], &["nucleo"]),
-    (Target::M4f, &["frontend_nucleo"], &["nucleo", "tracking"]),
-    (Target::M4f, &["frontend_nucleo"], &["nucleo", "lines"]),
-    (Target::M4f, &["frontend_nucleo"], &["nucleo", "signals"]),
     (Target::M4f, &["frontend_nucleo"], &["brown-out"]),
     (Target::M4f, &["self_test_nucleo"], &["self-test"]),
     (Target::M33, &["bench", "core_check", "frontend_qemu", "tracker_qemu"], &["mps2"]),

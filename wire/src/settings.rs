@@ -143,7 +143,7 @@ pub struct Settings {
     /// One block in `report_every` sends telemetry; all blocks are measured.
     pub report_every: u16,
     /// Tones reported a block, 1 to [`MOST`]. Above 1, all of them follow the block's telemetry with their
-    /// phases: see [`crate::lines`]. An image built without the feature `lines` refuses that.
+    /// phases: see [`crate::lines`]. A board whose meter has no lines refuses that.
     pub most: u8,
     /// The highest order, 2 to 15, of the harmonics from which a fundamental is found in each block: see
     /// [`crate::fundamental`]. 0 for none. As `most`, it needs the feature `lines`.

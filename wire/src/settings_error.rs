@@ -71,7 +71,7 @@ pub enum SettingsError {
     /// A correction is not a number, the clock's is above 1000 ppm, or the slope is outside 0.5 to
     /// 2.
     Calibration,
-    /// The settings follow tones, but this image is built without the feature `tracking`.
+    /// The settings follow tones, which this board does not.
     Tracking,
     /// The board's core does not have this clock.
     Speed,
@@ -79,11 +79,11 @@ pub enum SettingsError {
     Slots,
     /// The board has no second converter.
     Iq,
-    /// The settings ask for sums or bursts, but this image is built without the feature `signals`.
+    /// The settings ask for sums or bursts, which this board does not have.
     Signals,
-    /// The settings ask for chirps, which the image for sums and bursts does not measure.
+    /// The settings ask for chirps, which this image does not measure.
     Chirps,
-    /// Sums or bursts of a chirp, or beside tracks or further tones; or their numbers are out of range.
+    /// Sums or bursts of a chirp, or beside tracks or further tones; tracks beside further tones; or their numbers are out of range.
     Mode,
 }
 
@@ -116,7 +116,7 @@ impl SettingsError {
     pub const fn message_of(code: [u8; 2]) -> &'static str {
         match code {
             [1, 1] => {
-                "the settings are of a version that this image does not know: flash a newer one, or for most above 1 or harmonics one that is built with --lines"
+                "the settings are of a version that this image does not know: flash a newer one; most above 1 and harmonics are the NUCLEO's"
             }
             [1, _] => "the settings are damaged or of another version",
             [2, _] => "the configuration does not work",
@@ -151,22 +151,16 @@ impl SettingsError {
             [11, _] => {
                 "this image is an older one and searches I/Q on one side of 0 Hz alone, three bins away or more: flash a newer one, or narrow band_hz"
             }
-            [12, _] => {
-                "this image does not follow tones: flash one that is built with --tracking, or follow 0"
-            }
+            [12, _] => "this board follows no tones: leave follow out",
             [14, _] => {
-                "slots: 4 to 16 on the NUCLEO, 8 at most in the image for sums and bursts, or 0 for the usual number"
+                "slots: 4 to 12 on the NUCLEO, 4 to 16 on the Pico, or 0 for the usual number"
             }
             [15, _] => "I/Q needs a second converter, which this board does not have",
-            [16, _] => {
-                "this image neither adds blocks nor takes bursts: flash one that is built with --signals, or leave mode at blocks"
-            }
+            [16, _] => "this board neither adds blocks nor takes bursts: leave mode at blocks",
             [17, _] => {
-                "mode: sums of 1 to 65536 blocks, bursts from a ratio of 1.05 on, of a tone or a Doppler shift, without follow, most or harmonics"
+                "mode: sums of 1 to 65536 blocks, bursts from a ratio of 1.05 on, of a tone or a Doppler shift, without follow, most or harmonics; and no follow beside most or harmonics"
             }
-            [18, _] => {
-                "this image is for sums and bursts, and measures no chirps: flash the usual one, without --signals"
-            }
+            [18, _] => "this image measures no chirps",
             [13, _] => "the board has no such core_mhz: see its page in docs/, or leave it at 0",
             _ => "the settings do not work",
         }

@@ -24,7 +24,7 @@ use panic_halt as _;
 use picket_dsp::acquire::frontend::{Block, Counters, Timing};
 use picket_dsp::{Codes, Pipeline, Real};
 use picket_instrument::{End, Instrument, Port, Start, crashes::Crashes, nor::Pages};
-use picket_instrument::{plan::Plan, slot::Slot, words::words};
+use picket_instrument::{meter::Meters, plan::Plan, slot::Slot, words::words};
 use picket_wire::boot::Clock;
 use picket_wire::{settings::Settings, settings_error::SettingsError};
 
@@ -191,12 +191,12 @@ async fn main(spawner: Spawner) {
     };
     port.watchdog.start(BITE);
     // One converter: no pairs.
-    let (mut meter, mut pairs) = (Pipeline::<Real, N>::new(picket_dsp::Plan::IDLE), ());
+    let mut meters = Meters::<Pipeline<Real, N>, ()>::IDLE;
     let (mut left, mut saves, mut bytes) = (None, 0, [0; 64]);
     loop {
         // An instrument, from its start to the order that ends it.
         let start = Start { saves, ..Start::new::<N>(left, &port.storage, Crashes::default()) };
-        let made = Instrument::new(&port, start, (&mut meter, &mut pairs));
+        let made = Instrument::new(&port, start, &mut meters);
         let Some((mut instrument, ())) = made else { return };
         let measures = instrument.plan().settings.start;
         instrument.begin(&mut port, measures);

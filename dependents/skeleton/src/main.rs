@@ -8,6 +8,7 @@ use cortex_m_rt::{entry, exception};
 use heapless::Deque;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::frontend::{Blocks, Counters};
+use picket_dsp::{Iq, Pipeline, Real};
 use picket_firmware::instrument::{Instrument, plan::Plan, storage::NoStorage};
 use picket_firmware::{board::Board, sampler::Sampler, slot::Slot};
 use picket_wire::{boot::Clock, settings::Settings, settings_error::SettingsError};
@@ -141,7 +142,8 @@ picket_firmware::no_interrupts!(44);
 
 #[entry]
 fn main() -> ! {
-    if let Some(instrument) = Instrument::<Skeleton, N, N>::start(picket_firmware::meters!(N)) {
+    let meters = picket_firmware::meters!(Pipeline<Real, N>, Pipeline<Iq, N>);
+    if let Some(instrument) = Instrument::<Skeleton, N, N, _, _>::start(meters) {
         instrument.run()
     }
     loop {}

@@ -4,14 +4,17 @@
 #![no_main]
 
 use cortex_m_rt::entry;
+use picket_dsp::acquire::sample::{Iq, Real};
 use picket_firmware::instrument::Instrument;
+use picket_firmware::instrument::meter::Every;
 use picket_firmware::nucleo_f446re::{N, Nucleo, SLOT};
 
 picket_firmware::nucleo_vectors!();
 
 #[entry]
 fn main() -> ! {
-    match Instrument::<Nucleo, N, SLOT>::start(picket_firmware::meters!(N)) {
+    let meters = picket_firmware::meters!(Every<Real, N>, Every<Iq, N>);
+    match Instrument::<Nucleo, N, SLOT, _, _>::start(meters) {
         Some(instrument) => instrument.run(),
         // Memory is taken only once, here, so this case cannot happen; if it did, the watchdog would restart the chip.
         None => loop {

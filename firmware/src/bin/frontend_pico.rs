@@ -5,6 +5,8 @@
 
 use core::arch::global_asm;
 use cortex_m_rt::entry;
+use picket_dsp::acquire::sample::Real;
+use picket_dsp::pipeline::Pipeline;
 use picket_firmware::instrument::Instrument;
 use picket_firmware::pico::{N, Pairs, Pico, SLOT, start};
 
@@ -14,8 +16,8 @@ picket_firmware::pico_vectors!();
 fn main() -> ! {
     start::whole();
     // One converter takes the pairs of an I/Q record by turns.
-    let meters = picket_firmware::meters!(N, Pairs, Pairs::IDLE);
-    match Instrument::<Pico, N, SLOT, _>::start(meters) {
+    let meters = picket_firmware::meters!(Pipeline<Real, N>, Pairs);
+    match Instrument::<Pico, N, SLOT, _, _>::start(meters) {
         Some(instrument) => instrument.run(),
         // The crystal did not come: the watchdog restarts the chip.
         None => loop {

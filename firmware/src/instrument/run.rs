@@ -2,7 +2,7 @@
 
 use super::crashes::Crashes;
 use super::handover::{self, Handover, words};
-use super::meter::{Meter, Meters};
+use super::meter::Meters;
 use super::plan::Plan;
 use super::stack::Stack;
 use crate::board::Board;
@@ -12,6 +12,7 @@ use picket_dsp::acquire::frontend::{Blocks, Counters};
 use picket_dsp::acquire::sample::{Iq, Real};
 use picket_dsp::pipeline::Measurement;
 use picket_instrument::bounds::HEARD;
+use picket_instrument::meter::Meter;
 use picket_instrument::{End, Port, Start};
 use picket_wire::boot::Clock;
 use picket_wire::settings::Settings;
@@ -111,27 +112,28 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Port<N, SLOT> for Wir
     }
 }
 
-/// The instrument on a board. `Q` measures I/Q records.
-pub struct Instrument<
-    B: Board<N, SLOT>,
-    const N: usize,
-    const SLOT: usize,
-    Q: picket_instrument::meter::Meter<Iq, N> + 'static = Meter<Iq, N>,
-> {
-    wired: Wired<B, N, SLOT>,
-    inner: picket_instrument::Instrument<'static, Wired<B, N, SLOT>, N, SLOT, Meter<Real, N>, Q>,
-}
-
-impl<B, const N: usize, const SLOT: usize, Q> Instrument<B, N, SLOT, Q>
+/// The instrument on a board. `M` measures real records, `Q` I/Q records.
+pub struct Instrument<B, const N: usize, const SLOT: usize, M, Q>
 where
     B: Board<N, SLOT>,
-    Q: picket_instrument::meter::Meter<Iq, N>,
+    M: Meter<Real, N> + 'static,
+    Q: Meter<Iq, N> + 'static,
+{
+    wired: Wired<B, N, SLOT>,
+    inner: picket_instrument::Instrument<'static, Wired<B, N, SLOT>, N, SLOT, M, Q>,
+}
+
+impl<B, const N: usize, const SLOT: usize, M, Q> Instrument<B, N, SLOT, M, Q>
+where
+    B: Board<N, SLOT>,
+    M: Meter<Real, N>,
+    Q: Meter<Iq, N>,
 {
     /// Takes the instrument from reset to its loop, with the image's [`meters`](crate::meters).
     /// `None` only at the second call.
     // Not inlined, so that the stack of the start is free again afterwards.
     #[inline(never)]
-    pub fn start(meters: Option<Meters<N, Q>>) -> Option<Self> {
+    pub fn start(meters: Option<&'static mut Meters<M, Q>>) -> Option<Self> {
         let Handover { last, settings: left, saves } = Handover::take();
         let causes = B::causes();
         let crashes = handover::count(causes, &last);

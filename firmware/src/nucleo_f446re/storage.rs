@@ -1,4 +1,4 @@
-//! Settings in the last two sectors of flash, and the program's own checksum.
+//! Settings in two sectors of flash behind the vector table, and the program's own checksum.
 
 use super::registers::{flash, put};
 use super::start::within;
@@ -7,8 +7,9 @@ use crate::instrument::checksum;
 use crate::instrument::storage::{Page, Storage};
 use core::ptr::{read_volatile, write_volatile};
 
-/// Sectors 6 and 7, 128 KiB each (RM 3.3, table 4); memory.x keeps the program below.
-const PAGES: [(usize, u32); 2] = [(0x0804_0000, 6), (0x0806_0000, 7)];
+/// Sectors 1 and 2, 16 KiB each (RM 3.3, table 4), whose erasure takes a quarter of that of the large ones: memory.x keeps the program
+/// out of them.
+const PAGES: [(usize, u32); 2] = [(0x0800_4000, 1), (0x0800_8000, 2)];
 /// Words of a page in use.
 const WORDS: usize = 256;
 

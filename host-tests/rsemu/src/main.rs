@@ -104,9 +104,13 @@ impl Board {
         let (status, control) = (self.peek(FLASH_SR)?, self.peek(FLASH_SR + 4)?);
         // A sector that was being erased: some bits are ones already.
         if status & BUSY != 0 && control & 1 << 1 != 0 {
-            let sector = (control >> 3 & 15) as usize;
-            let at = 0x20000 * (sector - 4);
-            for (n, byte) in self.flash[at..at + 0x20000].iter_mut().enumerate() {
+            // Four sectors of 16 KiB, one of 64, three of 128 (RM 3.3, table 4).
+            let (at, length) = match (control >> 3 & 15) as usize {
+                sector @ 0..4 => (0x4000 * sector, 0x4000),
+                4 => (0x10000, 0x10000),
+                sector => (0x20000 * (sector - 4), 0x20000),
+            };
+            for (n, byte) in self.flash[at..at + length].iter_mut().enumerate() {
                 *byte |= (n as u32)
                     .wrapping_mul(0x9E37_79B9)
                     .wrapping_add(self.now as u32)

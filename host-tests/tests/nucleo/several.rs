@@ -1,4 +1,4 @@
-//! The image that reports several tones of a block.
+//! Several tones of a block, and a fundamental.
 
 use super::*;
 use picket_host::device::Listener;
@@ -18,13 +18,12 @@ pub fn longest_block(board: &mut Board) -> u32 {
     told.max().unwrap()
 }
 
-/// The image that reports several tones: all of them to the bit, as many as there are and as were asked for.
+/// All tones to the bit, as many as there are and as were asked for.
 #[test]
 fn several_tones_of_a_block_are_those_of_this_machine() {
     println!("seed {SEED}");
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
-    let image = built(Beside::Lines);
-    let mut board = Board::start_counted(&image).unwrap();
+    let mut board = Board::start_counted(played()).unwrap();
     boot(&mut board);
     let scenes: [&[(f64, f64)]; 3] = [
         &[(200.3, 900.0)],
@@ -69,25 +68,18 @@ fn several_tones_of_a_block_are_those_of_this_machine() {
         }
         longest.push(longest_block(&mut board));
     }
-    let (footprint, stack) = (Footprint::from_elf(&image).unwrap(), status(&mut board).stack);
-    println!(
-        "{longest:?} instructions; flash {} B, RAM {} B and {stack} B of stack",
-        footprint.flash, footprint.ram
-    );
-    let ram = footprint.ram + u64::from(stack);
-    assert!(footprint.flash <= flash::LINES.flash && ram <= flash::LINES.ram);
-    hold("board, --lines, bytes of flash and RAM", 1.0, &[footprint.flash as f64, ram as f64]);
+    println!("{longest:?} instructions");
+    fits(&mut board, "with four tones");
     let longest: Vec<f64> = longest.into_iter().map(f64::from).collect();
     hold("board, instructions of blocks of 4, 2 and 1 tones", 1.0, &longest);
 }
 
-/// The same image finds the fundamental of a motor ten times weaker than its harmonics, to the bit as this machine does.
+/// The board finds the fundamental of a motor ten times weaker than its harmonics, to the bit as this machine does.
 #[test]
 fn a_fundamental_is_that_of_this_machine() {
     println!("seed {SEED}");
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
-    let image = built(Beside::Lines);
-    let mut board = Board::start_counted(&image).unwrap();
+    let mut board = Board::start_counted(played()).unwrap();
     boot(&mut board);
     let settings = Settings { harmonics: 15, ..Settings::default() };
     let answer = board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
@@ -125,19 +117,6 @@ fn a_fundamental_is_that_of_this_machine() {
     let longest = f64::from(longest_block(&mut board));
     println!("{longest} instructions");
     hold("board, instructions of a block of harmonics", 1.0, &[longest]);
-}
-
-#[test]
-fn an_image_of_one_tone_refuses_settings_of_several() {
-    let (mut board, _) = start();
-    let two = Settings { most: 2, ..Settings::default() };
-    let fundamental = Settings { harmonics: 5, ..Settings::default() };
-    for settings in [two, fundamental] {
-        let refused = board.request(Command::SetSettings(settings, N)).unwrap();
-        let Err(refusal) = refused else { panic!("it took them") };
-        assert_eq!(refusal, Refusal::Settings([1, 1]));
-        assert!(refusal.to_string().contains("--lines"), "{refusal}");
-    }
 }
 
 /// The fastest rates with so many tones a block: a step faster is refused with the reason, and fewer tones would do.

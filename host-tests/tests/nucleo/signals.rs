@@ -1,4 +1,4 @@
-//! The image for sums and bursts: each of them to the bit as this machine has it, and what the image refuses.
+//! Sums and bursts, each to the bit as this machine has it, and what the board refuses.
 
 use super::several::longest_block;
 use super::*;
@@ -27,8 +27,8 @@ fn doppler(mode: Mode, iq: bool) -> Settings {
 }
 
 /// The image with these settings.
-fn begun(image: &Path, settings: &Settings) -> Board {
-    let mut board = Board::start_counted(image).unwrap();
+fn begun(settings: &Settings) -> Board {
+    let mut board = Board::start_counted(played()).unwrap();
     boot(&mut board);
     let answer = board.request(Command::SetSettings(*settings, N)).unwrap();
     let answer = answer.unwrap_or_else(|refusal| panic!("{refusal}"));
@@ -59,10 +59,10 @@ fn delivered<R: Record>(samples: &[R::Sample; N]) -> Vec<u8> {
     bytes(&parts.collect::<Vec<i16>>())
 }
 
-fn sums<R: Record>(image: &Path) {
+fn sums<R: Record>() {
     let mode = Mode::Accumulate { blocks: 25, drift_bins: 0.0 };
     let settings = doppler(mode, R::IQ);
-    let mut board = begun(image, &settings);
+    let mut board = begun(&settings);
     let mut here = Here::<R>::new(&settings);
     let mut sum = Accumulator::<R, N>::new(25).with_false_alarm(settings.config.false_alarm);
     let (bin, mut alone) = (200.37, 0);
@@ -93,12 +93,13 @@ fn sums<R: Record>(image: &Path) {
     let longest = longest_block(&mut board);
     // A sum that is never complete: what a block takes alone.
     let settings = doppler(Mode::Accumulate { blocks: 1000, drift_bins: 0.0 }, R::IQ);
-    let mut board = begun(image, &settings);
+    let mut board = begun(&settings);
     for number in 0..6 {
         assert!(board.block(&delivered::<R>(&weak::<R>(bin, number))).unwrap());
         board.turn().unwrap();
     }
     let block = longest_block(&mut board);
+    fits(&mut board, if R::IQ { "with sums of I/Q blocks" } else { "with sums" });
     let kind = if R::IQ { "I/Q" } else { "real" };
     println!("{kind}: {block} instructions a block, {longest} with the sum's line");
     let of = |cycles: [u64; 2]| cycles[usize::from(R::IQ)] as f64;
@@ -114,18 +115,16 @@ fn sums<R: Record>(image: &Path) {
 /// What one block cannot show, the sum of 25 does, bit by bit as on this machine.
 #[test]
 fn sums_on_the_board_are_those_of_this_machine() {
-    let image = built(Beside::Signals);
-    sums::<Real>(&image);
-    sums::<Iq>(&image);
+    sums::<Real>();
+    sums::<Iq>();
 }
 
 /// Particles in fringes, as light on a photodiode: bursts bit by bit as on this machine, the numbers without a gap, the lost blocks
 /// told to the detector.
 #[test]
 fn bursts_on_the_board_are_those_of_this_machine() {
-    let image = built(Beside::Signals);
     let settings = doppler(Mode::Bursts(Trigger::default()), false);
-    let mut board = begun(&image, &settings);
+    let mut board = begun(&settings);
     let here = Here::<Real>::new(&settings);
     let rate_hz = here.plan.settings.config.rate_hz;
     let mut processor = Box::new(BurstProcessor::<Real, N>::new(*here.pipeline.plan()));
@@ -196,10 +195,8 @@ fn bursts_on_the_board_are_those_of_this_machine() {
     let heard = heard(&board);
     assert_eq!((heard.records, heard.missing), (number as u64, 0));
     let longest = longest_block(&mut board);
-    let (footprint, stack) = (Footprint::from_elf(&image).unwrap(), status(&mut board).stack);
-    let ram = footprint.ram + u64::from(stack);
-    println!("{longest} instructions; flash {} B, RAM {ram} B", footprint.flash);
-    assert!(footprint.flash <= flash::SIGNALS.flash && ram <= flash::SIGNALS.ram);
+    println!("{longest} instructions");
+    fits(&mut board, "with bursts");
     let [most, _] = BURST_CYCLES;
     assert!(1.4 * f64::from(longest) < most as f64);
     hold("board, instructions of a burst", 1.0, &[longest.into()]);
@@ -215,21 +212,16 @@ fn bursts_on_the_board_are_those_of_this_machine() {
     };
     let sums = Mode::Accumulate { blocks: 100, drift_bins: 0.0 };
     hold("board, kS/s with sums and with bursts", 1.0, &[held(sums), held(settings.mode)]);
-    hold("board, --signals, bytes of flash and RAM", 1.0, &[footprint.flash as f64, ram as f64]);
 }
 
-/// Settings that go with no sum and no burst, and an image that has neither.
+/// Settings that go with no sum and no burst.
 #[test]
 fn what_is_no_sum_and_no_burst_is_refused() {
     let told = |board: &mut Board, settings: &Settings| {
         board.request(Command::SetSettings(*settings, N)).unwrap().unwrap_err()
     };
     let bursts = Mode::Bursts(Trigger::default());
-    let (mut usual, _) = start();
-    let code = SettingsError::Signals.code();
-    assert_eq!(told(&mut usual, &doppler(bursts, false)), Refusal::Settings(code));
-    let mut board = Board::start(&built(Beside::Signals)).unwrap();
-    boot(&mut board);
+    let (mut board, _) = start();
     let code = SettingsError::Mode.code();
     let mut chirp = doppler(bursts, false);
     chirp.config.scene = Scene::Chirp(Chirp {

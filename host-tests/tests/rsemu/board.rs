@@ -27,7 +27,7 @@ pub fn image() -> &'static PathBuf {
         if let Some(other) = std::env::var_os("PICKET_IMAGE") {
             return other.into();
         }
-        in_flash(board::image(false, board::Beside::Nothing))
+        in_flash(board::image(false, false))
     })
 }
 
@@ -87,17 +87,17 @@ impl Drop for Emulated {
 /// The longest wait for an answer, us.
 const PATIENCE: u64 = 6_000_000;
 
-/// The two sectors of flash that keep settings, at 0x0804 0000.
+/// The two sectors of flash that keep settings, at 0x0800 4000.
 pub struct Sectors(pub Vec<u8>);
 
 impl Sectors {
     /// Erased.
     pub fn new() -> Self {
-        Self(vec![0xFF; 0x40000])
+        Self(vec![0xFF; 0x8000])
     }
 
     fn at(page: Page, index: usize) -> std::ops::Range<usize> {
-        let at = 0x20000 * page as usize + 4 * index;
+        let at = 0x4000 * page as usize + 4 * index;
         at..at + 4
     }
 
@@ -127,7 +127,7 @@ impl Storage for Sectors {
 
     fn erase(&mut self, page: Page) -> Result<(), ()> {
         let at = Self::at(page, 0).start;
-        self.0[at..at + 0x20000].fill(0xFF);
+        self.0[at..at + 0x4000].fill(0xFF);
         Ok(())
     }
 
@@ -183,7 +183,7 @@ impl Emulated {
     /// Writes what flash keeps.
     pub fn load(&mut self, sectors: &Sectors) {
         let file = file(&sectors.0);
-        self.order(&format!("load 0x08040000 {}", file.display()));
+        self.order(&format!("load 0x08004000 {}", file.display()));
     }
 
     /// What flash keeps.
@@ -192,7 +192,7 @@ impl Emulated {
         for page in [Page::A, Page::B] {
             for index in 0..PAGE {
                 let at = Sectors::at(page, index);
-                let word = self.read(0x0804_0000 + at.start as u32);
+                let word = self.read(0x0800_4000 + at.start as u32);
                 sectors.0[at].copy_from_slice(&word.to_le_bytes());
             }
         }

@@ -1,7 +1,7 @@
 //! The option bytes of a chip as it comes from the factory: only the image that is built for it writes them.
 
 use crate::board::{Emulated, built, image, self_test};
-use picket_host::board::{Beside, image as build};
+use picket_host::board::image as build;
 use picket_wire::boot::{Boot, Clock};
 use std::path::Path;
 use std::sync::OnceLock;
@@ -35,7 +35,7 @@ fn the_usual_image_leaves_the_option_bytes_alone() {
 #[test]
 fn the_image_that_is_built_for_it_sets_the_level_once() {
     static IMAGE: OnceLock<std::path::PathBuf> = OnceLock::new();
-    let image = built(&IMAGE, || build(false, Beside::BrownOut));
+    let image = built(&IMAGE, || build(false, true));
     let board = first(image);
     let (mut board, boot) = board.power();
     measures(&boot);

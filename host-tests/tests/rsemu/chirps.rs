@@ -37,18 +37,11 @@ fn a_chirp_is_played_code_by_code() {
         let core_mhz = if rate > 1.5e6 { 144 } else { 180 };
         let mut settings =
             Settings { core_mhz, report_every: 20, ..chirp(rate, Shape::Sawtooth, guard, DAC) };
-        let started = if rate > 1.5e6 {
-            static TRACKING: OnceLock<PathBuf> = OnceLock::new();
+        if rate > 1.5e6 {
             let following = Following { most: 1, refresh: 16, ..Following::default() };
             settings.config = Config { following, ..settings.config };
-            let image = built(&TRACKING, || {
-                picket_host::board::image(false, picket_host::board::Beside::Tracking)
-            });
-            Emulated::start_with(image, &settings)
-        } else {
-            Emulated::start(&settings)
-        };
-        let (mut board, boot) = started;
+        }
+        let (mut board, boot) = Emulated::start(&settings);
         assert!(boot.measuring, "{rate}, guard {guard}");
         let wave = words(&settings).waveform.unwrap();
         board.order("keep 1");

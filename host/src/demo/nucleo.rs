@@ -2,7 +2,7 @@
 //! reaches. A bin stays a bin, and a sample a sample.
 
 use super::{DemoError, said};
-use crate::board::{Beside, Board, image};
+use crate::board::{Board, image};
 use crate::device::Said;
 use crate::toolchain::{Need, Target, have};
 use picket_dsp::acquire::codes::Codes;
@@ -36,7 +36,7 @@ impl Nucleo {
         let codes = Codes::unsigned::<12>();
         let config = Config { rate_hz: RATE_HZ, codes, scene, ..config };
         let settings = Settings { iq, config, mode, ..Settings::default() };
-        let mut board = Board::start(&image(true, Beside::Signals).map_err(said)?).map_err(said)?;
+        let mut board = Board::start(&image(true, false).map_err(said)?).map_err(said)?;
         let begun = |said| matches!(said, Said::Boot(boot) if boot.measuring).then_some(());
         board.expect(begun).map_err(said)?;
         let refused = |refusal| said(format!("the board refuses: {refusal}"));

@@ -24,21 +24,26 @@ pub(super) const TABLES: &[Table] = &[
     Table::new("docs/python.md", "errors", errors),
 ];
 
+/// What the board was doing when its stack was read.
+const DOING: [&str; 6] = [
+    "block by block",
+    "following a tone",
+    "with four tones",
+    "with sums",
+    "with sums of I/Q blocks",
+    "with bursts",
+];
+
 type Lines = Result<Vec<String>, String>;
 
 fn images(_: &Table) -> Lines {
-    let mut lines = head("| firmware image | flash, B | RAM, B |");
-    let [flash, ram] =
-        measured("board, usual, bytes of flash and RAM without the stack")?.map(whole);
-    lines.push(row(["usual".to_owned(), flash, format!("{ram} without the stack")]));
-    for option in ["--tracking", "--lines", "--signals"] {
-        let [flash, ram] =
-            measured(&format!("board, {option}, bytes of flash and RAM"))?.map(whole);
-        lines.push(row([
-            format!("`{option}`"),
-            flash,
-            format!("{ram} with the stack that it took"),
-        ]));
+    let [flash, ram] = measured("board, bytes of flash and RAM without the stack")?.map(whole);
+    let mut lines = head("| | B |");
+    lines.push(row(["flash".to_owned(), flash]));
+    lines.push(row(["RAM without the stack".to_owned(), ram]));
+    for doing in DOING {
+        let [stack] = measured(&format!("board, bytes of stack, {doing}"))?.map(whole);
+        lines.push(row([format!("stack {doing}"), stack]));
     }
     Ok(lines)
 }
@@ -87,7 +92,7 @@ fn latency(board: &str, usual: &str, whose: &str) -> Lines {
 fn held(_: &Table) -> Lines {
     let [held, search] =
         measured("board, instructions of a held block and of a search")?.map(whole);
-    let mut lines = head("| image that follows, a block of 1024 | instructions |");
+    let mut lines = head("| a block of 1024 while it follows | instructions |");
     lines.push(row(["measured near the expected frequency".to_owned(), held]));
     lines.push(row(["searched in full".to_owned(), search]));
     Ok(lines)

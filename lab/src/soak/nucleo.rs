@@ -3,7 +3,7 @@
 
 use super::tally::{Fault, Tally};
 use super::{same, samples};
-use crate::board::{Beside, Board, image};
+use crate::board::{Board, image};
 use crate::device::{Blocks, Said};
 use crate::emulator::RunError;
 use picket_dsp::acquire::frontend::Counters;
@@ -47,8 +47,7 @@ pub fn live(seed: u64, number: u64) -> Result<Tally, String> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(number);
     static IMAGE: OnceLock<Result<PathBuf, String>> = OnceLock::new();
-    let path =
-        IMAGE.get_or_init(|| image(true, Beside::Nothing).map_err(|error| error.to_string()));
+    let path = IMAGE.get_or_init(|| image(true, false).map_err(|error| error.to_string()));
     let board = Board::start(path.as_ref()?).map_err(told)?;
     let tree = Tree::new(Speed::Mhz180, Source::Hsi);
     let planned = Words::plan::<N>(&Settings::default(), &tree);

@@ -30,8 +30,8 @@ pub const UNLOCK: u32 = 0x5555;
 /// The watchdog's own oscillator in hertz: nominal, slowest and fastest (DS table 43).
 pub const LSI_HZ: [u32; 3] = [32_000, 17_000, 47_000];
 
-/// The longest absence of the processing loop, ms: erasing a sector of 128 KB by words takes at
-/// most 2 s (DS table 48).
+/// The longest absence of the processing loop, ms: erasing a sector of 16 KB by words takes at most 0.5 s, one of 128 KB, the slowest that
+/// the data sheet knows, 2 s (DS table 48).
 pub const LONGEST_MS: u32 = 2_000;
 
 impl Watchdog {

@@ -347,7 +347,7 @@ mod tests {
             (quick, E::Sync),
             (Settings { core_mhz: 160, ..tone }, E::Speed),
             (Settings { slots: 3, ..tone }, E::Slots),
-            (Settings { slots: 17, ..tone }, E::Slots),
+            (Settings { slots: SLOTS as u16 + 1, ..tone }, E::Slots),
             (calibrated(Calibration { clock_ppm: f32::NAN, ..ideal }), E::Calibration),
             (calibrated(Calibration { range_slope: 0.1, ..ideal }), E::Calibration),
             (calibrated(Calibration { range_offset_m: f32::INFINITY, ..ideal }), E::Calibration),
