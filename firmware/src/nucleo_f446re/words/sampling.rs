@@ -209,7 +209,7 @@ pub const STREAM_0_FLAGS: u32 = 0x3D;
 
 /// Cycles in which the core measures and reports a block of 1024 by the usual method, real and I/Q, while it sends as many records as the
 /// line carries, with some margin. Counted on an emulated core without wait states (host-tests/tests/rsemu/streams.rs).
-pub const BLOCK_CYCLES: [u64; 2] = [115_000, 212_000];
+pub const BLOCK_CYCLES: [u64; 2] = [102_000, 212_000];
 
 /// The largest number of cycles known for a block at the efforts `look` and `one`, real and I/Q: the instructions of the worst block that a
 /// search over signals finds (host-tests, `nucleo::instructions`), 1.64 cycles each, and 37,000 for its record.
