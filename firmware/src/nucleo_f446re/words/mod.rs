@@ -231,9 +231,9 @@ mod tests {
         let following = Following { most: 1, ..Following::default() };
         for (rate_hz, iq, most, fits) in [
             (1.5e6, false, 0, true),
-            // 29 and 28 cycles of 36 MHz a sample.
-            (1.24e6, false, 0, true),
-            (1.29e6, false, 0, false),
+            // 25 and 24 cycles of 36 MHz a sample.
+            (1.44e6, false, 0, true),
+            (1.51e6, false, 0, false),
             (1.6e6, false, 0, false),
             (2.4e6, false, 0, false),
             (2.4e6, false, 1, true),
@@ -268,9 +268,10 @@ mod tests {
             for (effort, cycles) in [Effort::Look, Effort::One].into_iter().zip(worst) {
                 let holds = of(sampling::fastest(&tree, 1024, cycles), iq, effort);
                 assert!(plan(&holds).is_ok(), "{iq} {effort:?}");
-                // One cycle of the converter less.
-                let apart = f64::from(tree.adc_hz) / holds.config.rate_hz;
-                let faster = of(f64::from(tree.adc_hz) / (apart - 1.0), iq, effort);
+                // The next that the timer makes: one cycle of the converter less, or the one at which conversions follow each other.
+                let apart = (f64::from(tree.adc_hz) / holds.config.rate_hz).round();
+                let nearer = if apart > 18.0 { apart - 1.0 } else { 15.0 };
+                let faster = of(f64::from(tree.adc_hz) / nearer, iq, effort);
                 assert_eq!(refused(&faster), SettingsError::Rate(RateError::Worst));
                 assert!(plan(&Settings { worst_case: false, ..faster }).is_ok());
             }
