@@ -31,6 +31,8 @@ pub enum ConfigError {
     Following,
     /// The carrier's width is negative, or more than half the sample rate.
     Carrier,
+    /// A frame's chirps are not 8, 16, ... 256, its period is shorter than a ramp, or its waveform is no sawtooth.
+    Frame,
 }
 
 impl ConfigError {
@@ -55,6 +57,9 @@ impl ConfigError {
             }
             ConfigError::Carrier => {
                 "the carrier's linewidth and envelope must lie between 0 and half the sample rate"
+            }
+            ConfigError::Frame => {
+                "a frame must have 8, 16, ... 256 sawtooth chirps, and a period of at least a ramp"
             }
             ConfigError::Method => "the method does not work on this kind of record",
             ConfigError::Length => "a record must have 64, 128, ... 4096 samples",

@@ -60,6 +60,9 @@
 //!   [`Velocity`], with [`Scene::Chirp`] a [`Target`]. [`solve`] also has what needs phases: [`displacement`](solve::displacement), the
 //!   [range by phase](solve::phase_range), the [sequence](solve::sequence) of sawtooth chirps, the [pairing](solve::pairing) of the beats
 //!   of several targets.
+//! - [`Frame`](frame::Frame) finds several targets with range and velocity in a frame of sawtooth chirps, also those that no chirp shows.
+//! - [`RateCheck`](acquire::rate_check::RateCheck) compares the sample clock with another; an [`Uncertainty`](solve::uncertainty::Uncertainty)
+//!   makes the whole error of an answer.
 //! - [`Method`] names the estimators: least squares, the default, and others by the feature `methods`.
 //! - [`I32`] and `F32` are the engines of the transform: the default, and one in floats.
 //!
@@ -128,6 +131,7 @@ pub mod burst;
 pub mod carrier;
 pub mod config;
 mod error;
+pub mod frame;
 pub mod frequency;
 mod list;
 pub mod math;

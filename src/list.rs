@@ -21,3 +21,18 @@ pub(crate) fn first<T, const ROOM: usize>(items: impl Iterator<Item = T>) -> Vec
     }
     vec
 }
+
+/// Puts an item before the one at `index`, or at the end if there are fewer; a full list loses its last one. The list's own `insert` panics.
+pub(crate) fn insert<T, const ROOM: usize>(items: &mut Vec<T, ROOM>, index: usize, item: T) {
+    if items.is_full() && index < items.len() {
+        let _ = items.pop();
+    }
+    if items.push(item).is_err() {
+        return;
+    }
+    for at in (index.saturating_add(1)..items.len()).rev() {
+        if let Some([before, here]) = items.get_mut(at - 1..=at) {
+            core::mem::swap(before, here);
+        }
+    }
+}

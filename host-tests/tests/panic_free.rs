@@ -60,6 +60,13 @@ fn further_tones_cannot_panic_on_cortex_m4f() {
     assert_proved("bench_several", Target::M4f, &[Profile::Release]);
 }
 
+/// Frames of chirps, ranges by phase, a clock beside another.
+#[test]
+#[ignore = "needs an image of frames: cargo test --test all -- --ignored"]
+fn frames_cannot_panic_on_cortex_m4f() {
+    assert_proved("bench_frames", Target::M4f, &[Profile::Release]);
+}
+
 #[test]
 fn the_instrument_cannot_panic_on_cortex_m33() {
     assert_proved("frontend_qemu", Target::M33, &[Profile::Release]);

@@ -7,4 +7,5 @@ pub mod framer;
 pub mod frontend;
 pub mod kind;
 pub mod queue;
+pub mod rate_check;
 pub mod sample;

@@ -17,4 +17,5 @@ pub mod sequence;
 mod target;
 pub mod track;
 pub(crate) mod tracks;
+pub mod uncertainty;
 pub mod waveform;

@@ -29,6 +29,12 @@ pub enum Path {
     Locked(i32),
     /// The target of the last of so many chirps.
     Chirps(usize),
+    /// The targets of a frame of so many sawtooth chirps.
+    Frame(usize),
+    /// The target of a frame of so many chirps, and of a second one whose period is longer by a fifth, together.
+    TwoFrames(usize),
+    /// The range by the phase of the target of a frame of so many chirps.
+    FramePhase(usize),
     /// The range by the phase of a chirp's tones: of a sawtooth at rest, or of both ramps.
     Phase,
     /// The target of so many sawtooth chirps together; of those that are listed the nearest.

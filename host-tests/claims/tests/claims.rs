@@ -5,6 +5,7 @@ mod chirps;
 mod efforts;
 mod faults;
 mod field;
+mod frames;
 mod lines;
 mod phases;
 mod sums;

@@ -1,9 +1,12 @@
 //! Ranges by phase: the cycle is right where it is said to be sure, and among the candidates where it is not.
 
 use picket_claims::scenes::{Kind, amplitude, deviation};
-use picket_claims::{Asked, Case, Event, Path, hold_together};
-use picket_simulator::Scene;
+use picket_claims::{Asked, Case, Event, Path, hold_together, samples, told};
+use picket_dsp::solve::phase_range::{Calibration, PhaseRanging};
+use picket_dsp::solve::uncertainty::Uncertainty;
+use picket_dsp::{Codes, Config, Outcome, Pipeline, Segment, Stamp};
 use picket_simulator::scene::{Receiver, Shape, Source, Target, Waveform};
+use picket_simulator::{Draw, Scene};
 
 use Kind::{Iq, Real};
 
@@ -158,4 +161,96 @@ fn a_second_echo_costs_odds_and_not_truth() {
     }
     let together = [Asked::Share { of: Event::FirstOff(5.0), least: 0.0, most: 0.01 }];
     hold_together("a second echo costs no truth, all together", rows, &together);
+}
+
+/// What is not known of a sensor is told as a standard deviation of each, and drawn for each of many sensors: twice the uncertainty covers 95 %
+/// of the errors.
+#[test]
+fn the_whole_error_covers_what_is_not_known() {
+    const SENSORS: u64 = 1500;
+    let known = Uncertainty {
+        clock_ppm: 200.0,
+        carrier_ppm: 20.0,
+        slope_ppm: 300.0,
+        angle_rad: 0.0,
+        range_offset_m: 2e-3,
+        phase_rad: 0.1,
+    };
+    println!("seeds: the numbers of the sensors, 0 to {SENSORS}");
+    let mut covered = [0u64; 3];
+    for sensor in 0..SENSORS {
+        let mut draw = Draw::new(62, sensor);
+        let mut part = |sigma: f32, unit: f64| f64::from(sigma) * unit * draw.normal();
+        let clock = part(known.clock_ppm, 1.0);
+        let carrier = 1.0 + part(known.carrier_ppm, 1e-6);
+        let slope = 1.0 + part(known.slope_ppm, 1e-6);
+        let offset_m = part(known.range_offset_m, 1.0);
+        let phase = part(known.phase_rad, 1.0);
+        let mut shared = Draw::new(63, sensor);
+        let (range_m, velocity) = (shared.between(5.0, 30.0), shared.between(3.0, 15.0));
+        let noise = Some(deviation(900.0, 20.0).into());
+        // Range and velocity of a trapezoid by its frequencies; the range of a target at rest by its phase.
+        for moves in [true, false] {
+            let shape = if moves { Shape::Trapezoid } else { Shape::Sawtooth };
+            let told_of = scene(if moves { (24.0, 0.2) } else { (24.0, 1.0) }, shape, Iq, 1024);
+            let mut true_one = told_of.clone();
+            true_one.seed = sensor;
+            true_one.receiver.noise.rms = noise.clone();
+            let speed = if moves { velocity } else { 0.0 };
+            let mut one = target((range_m, range_m), 0.0, 900.0);
+            one.velocity_mps = speed.into();
+            one.range_m = (range_m + if moves { offset_m } else { 0.0 }).into();
+            one.phase_turns = (phase / std::f64::consts::TAU).into();
+            true_one.sources = vec![Source::Target(one)];
+            if let Some(waveform) = &mut true_one.waveform {
+                waveform.carrier_hz *= carrier;
+                if moves {
+                    waveform.bandwidth_hz *= slope;
+                    true_one.converter.clock_ppm = clock;
+                }
+            }
+            let chirp = told(&told_of).unwrap();
+            let config = Config {
+                scene: picket_dsp::Scene::Chirp(chirp),
+                ..Config::new(told_of.rate_hz, Codes::signed::<12>())
+            };
+            let mut pipeline =
+                Box::new(Pipeline::<picket_dsp::Iq, 1024>::new(config.plan().unwrap()));
+            let mut run = true_one.run(0).unwrap();
+            let mut found = None;
+            for (index, &segment) in chirp.shape.segments().iter().enumerate() {
+                let stamp = Stamp { segment, sequence: index as u32, ..Stamp::default() };
+                let measurement =
+                    pipeline.block(&stamp, &samples::<picket_dsp::Iq, 1024>(&mut run, index));
+                if let (Outcome::Target(target), true) = (measurement.result, moves) {
+                    let middle = run.truth_of_lap(0, 0, 1024);
+                    found = Some((
+                        known.of_target(&target, 0.0).total(),
+                        target.range,
+                        target.velocity,
+                        middle,
+                    ));
+                } else if !moves {
+                    let none = Calibration { sigma_phase_rad: 0.1, ..Calibration::default() };
+                    let ranging =
+                        PhaseRanging::new(&chirp, told_of.rate_hz, 1024, true, none).unwrap();
+                    let answer = ranging.at_rest(Segment::Up, &pipeline.lines(&measurement, 1)[0]);
+                    let wavelength_m = chirp.wavelength_m as f32;
+                    let [range, _] = known.of_phase_range(&answer, wavelength_m).total();
+                    covered[2] += u64::from(
+                        (answer.range.to_num::<f64>() - range_m).abs() < 2.0 * f64::from(range),
+                    );
+                }
+            }
+            if let Some(([sigma, sigma_velocity], range, speed, truth)) = found {
+                let off = range.to_num::<f64>() - (truth.range_m.unwrap() - offset_m);
+                covered[0] += u64::from(off.abs() < 2.0 * f64::from(sigma));
+                let off = speed.unwrap_or_default().to_num::<f64>() - velocity;
+                covered[1] += u64::from(off.abs() < 2.0 * f64::from(sigma_velocity));
+            }
+        }
+    }
+    let shares = covered.map(|covered| covered as f64 / SENSORS as f64);
+    println!("within twice the uncertainty: range, velocity, range by phase: {shares:?}");
+    assert!(shares.iter().all(|share| (0.93..=0.97).contains(share)), "{shares:?}");
 }

@@ -3,6 +3,7 @@
 mod against;
 mod bursts;
 mod chirps;
+mod frames;
 mod phases;
 mod tracks;
 
@@ -29,7 +30,7 @@ pub fn trial(case: &Case, number: u64) -> Trial {
     };
     let mut trial = match case.path {
         Path::ByTurns => pairs(case, &mut run),
-        _ => sized(case, &mut run),
+        _ => sized(case, &mut run, number),
     };
     if case.whatever {
         let answers = trial.seen.iter_mut().filter(|seen| !seen.off[0].is_nan());
@@ -49,17 +50,21 @@ fn pairs(case: &Case, run: &mut Run) -> Trial {
     }
 }
 
-fn sized(case: &Case, run: &mut Run) -> Trial {
+fn sized(case: &Case, run: &mut Run, number: u64) -> Trial {
     if let Err(error) = length::check(case.n) {
         panic!("{}: {error}", case.label);
     }
     with_record!(case.scene.receiver.iq, case.n, R, N => match case.engine {
-        Engine::I32 => measured::<R, N, I32>(case, run),
-        Engine::F32 => measured::<R, N, F32>(case, run),
+        Engine::I32 => measured::<R, N, I32>(case, run, number),
+        Engine::F32 => measured::<R, N, F32>(case, run, number),
     })
 }
 
-fn measured<R: Record, const N: usize, E: engine::Engine>(case: &Case, run: &mut Run) -> Trial {
+fn measured<R: Record, const N: usize, E: engine::Engine>(
+    case: &Case,
+    run: &mut Run,
+    number: u64,
+) -> Trial {
     let plan = match case.config.plan::<R, N>() {
         Ok(plan) => plan,
         Err(error) => panic!("{}: {error}", case.label),
@@ -128,6 +133,9 @@ fn measured<R: Record, const N: usize, E: engine::Engine>(case: &Case, run: &mut
         // Measured before.
         Path::ByTurns => Trial::default(),
         Path::Chirps(laps) => chirps::trial::<R, N, E>(case, run, &mut pipeline, laps),
+        Path::Frame(chirps) => frames::trial::<R, N, E>(case, run, chirps),
+        Path::TwoFrames(chirps) => frames::pair::<R, N, E>(case, run, number, chirps),
+        Path::FramePhase(chirps) => frames::phase::<R, N, E>(case, run, chirps),
         Path::Phase => phases::trial::<R, N, E>(case, run, &mut pipeline),
         Path::Sequence(laps) => chirps::sequence::<R, N, E>(case, run, &mut pipeline, laps),
     }

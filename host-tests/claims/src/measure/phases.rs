@@ -53,7 +53,8 @@ pub(super) fn trial<R: Record, const N: usize, E: engine::Engine>(
     Trial { seen: vec![seen], ..Trial::default() }
 }
 
-fn seen(answer: &PhaseRange, range_m: f64, velocity_mps: f64, half_wave: f64) -> Seen {
+/// A range by phase beside the truth.
+pub(super) fn seen(answer: &PhaseRange, range_m: f64, velocity_mps: f64, half_wave: f64) -> Seen {
     let off = answer.range.to_num::<f64>() - range_m;
     let faster = answer.velocity.map_or(0.0, |velocity| {
         (velocity.to_num::<f64>() - velocity_mps) / f64::from(answer.sigma_velocity)

@@ -1,0 +1,345 @@
+//! Targets of frames of chirps: range and velocity within their sigmas and near the bound, from the transmitter's phase.
+
+use picket_claims::scenes::{Kind, amplitude, deviation};
+use picket_claims::{Asked, Case, Event, Path, hold, hold_together};
+use picket_dsp::Config;
+use picket_simulator::Scene;
+use picket_simulator::scene::{Receiver, Shape, Source, Target, Waveform};
+
+use Kind::{Iq, Real};
+
+const C: f64 = 299_792_458.0;
+
+/// A radar: carrier in GHz, bandwidth in MHz of a record, the record in us, and the period in us.
+#[derive(Clone, Copy, Debug)]
+struct Radar {
+    ghz: f64,
+    mhz: f64,
+    record_us: f64,
+    period_us: f64,
+}
+
+const fn radar(ghz: f64, mhz: f64, record_us: f64, period_us: f64) -> Radar {
+    Radar { ghz, mhz, record_us, period_us }
+}
+
+const RADARS: [Radar; 5] = [
+    radar(77.0, 300.0, 100.0, 120.0),
+    radar(24.0, 200.0, 250.0, 300.0),
+    radar(60.0, 1000.0, 100.0, 150.0),
+    radar(60.0, 4000.0, 100.0, 200.0),
+    radar(122.0, 5000.0, 100.0, 150.0),
+];
+
+impl Radar {
+    fn scene(&self, kind: Kind, n: usize, chirps: usize, targets: Vec<Target>) -> Scene {
+        let (record_s, guard_s) = (1e-6 * self.record_us, 2e-6);
+        let ramp_s = record_s + guard_s;
+        let waveform = Waveform {
+            shape: Shape::Sawtooth,
+            carrier_hz: self.ghz * 1e9,
+            bandwidth_hz: self.mhz * 1e6 * ramp_s / record_s,
+            ramp_s,
+            guard_s: Some(guard_s),
+            period_s: 1e-6 * self.period_us,
+            samples: n,
+            ..Waveform::default()
+        };
+        let receiver = Receiver { iq: kind == Iq, ..Receiver::default() };
+        let sources = targets.into_iter().map(Source::Target).collect();
+        let seconds = waveform.period_s * (chirps as f64 + 1.0);
+        let rate_hz = n as f64 / record_s;
+        Scene { rate_hz, seconds, waveform: Some(waveform), sources, receiver, ..Scene::default() }
+    }
+
+    /// Half of the distance between aliases, m/s.
+    fn half_alias(&self) -> f64 {
+        C / (self.ghz * 1e9 + self.mhz * 0.5e6) / 4.0 / (1e-6 * self.period_us)
+    }
+
+    /// The sizes of a cell, m and m/s.
+    fn cell(&self, chirps: usize) -> [f64; 2] {
+        [C / (2e6 * self.mhz), 2.0 * self.half_alias() / chirps as f64]
+    }
+
+    fn name(&self) -> String {
+        format!(
+            "{} GHz, {} MHz in {} us every {}",
+            self.ghz, self.mhz, self.record_us, self.period_us
+        )
+    }
+}
+
+fn target(range_m: (f64, f64), velocity_mps: (f64, f64), amplitude: f64) -> Target {
+    Target {
+        range_m: (range_m.0..range_m.1).into(),
+        velocity_mps: (velocity_mps.0..velocity_mps.1).into(),
+        amplitude: Some(amplitude.into()),
+        ..Target::default()
+    }
+}
+
+/// One target anywhere, within the unambiguous velocities.
+#[test]
+fn a_frames_target_is_right_within_its_sigmas() {
+    let mut rows = Vec::new();
+    for radar in RADARS {
+        for kind in [Iq, Real] {
+            for (n, chirps) in [(256, 64), (128, 32), (512, 128)] {
+                for snr_db in [-20.0, -10.0, 0.0, 10.0, 30.0] {
+                    // Strong enough for every frame.
+                    let gain = 10.0 * ((n * chirps) as f64).log10();
+                    if snr_db + gain < 17.0 {
+                        continue;
+                    }
+                    let amplitude = amplitude(snr_db);
+                    let [bin_m, _] = radar.cell(chirps);
+                    let share = if kind == Iq { 0.4 } else { 0.35 };
+                    let speed = 0.9 * radar.half_alias();
+                    let doppler = 2.0 * speed * radar.ghz * 1e9 / C * 1e-6 * radar.record_us;
+                    let ranges = ((4.0 + doppler) * bin_m, share * n as f64 * bin_m);
+                    let mut scene = radar.scene(
+                        kind,
+                        n,
+                        chirps,
+                        vec![target(ranges, (-speed, speed), amplitude)],
+                    );
+                    scene.receiver.noise.rms = Some(deviation(amplitude, snr_db).into());
+                    let label = format!(
+                        "a frame's target is right: {} {n} x {chirps}, {}, {snr_db} dB",
+                        kind.name(),
+                        radar.name()
+                    );
+                    let case = Case::new(label, scene, n).by(Path::Frame(chirps)).trials(24);
+                    let bound = 0.999 * radar.half_alias();
+                    let case = case
+                        .told(|config: &mut Config| config.velocity_mps = Some((-bound, bound)));
+                    let case = case.at_most(0.002, Event::Off(5.0)).at_least(0.98, Event::Good);
+                    let case = case.square(0.72, 1.33).asks(Asked::Square {
+                        quantity: 1,
+                        least: 0.72,
+                        most: 1.33,
+                    });
+                    rows.push(
+                        case.asks(Asked::OverBound { quantity: 0, most: 1.1 })
+                            .asks(Asked::OverBound { quantity: 1, most: 1.1 })
+                            .never(Event::More),
+                    );
+                }
+            }
+        }
+    }
+    let together = [
+        Asked::Share { of: Event::Off(5.0), least: 0.0, most: 0.002 },
+        Asked::Share { of: Event::Good, least: 0.98, most: 1.0 },
+        Asked::Square { quantity: 0, least: 0.72, most: 1.33 },
+        Asked::Square { quantity: 1, least: 0.72, most: 1.33 },
+        Asked::OverBound { quantity: 0, most: 1.1 },
+        Asked::OverBound { quantity: 1, most: 1.1 },
+        Asked::Share { of: Event::More, least: 0.0, most: 0.0 },
+    ];
+    hold_together("a frame's target is right, all together", rows, &together);
+}
+
+/// Several targets, three cells apart in one direction at least.
+#[test]
+fn several_targets_of_a_frame_are_found() {
+    let mut rows = Vec::new();
+    let (n, chirps) = (256, 64);
+    for radar in &RADARS[..3] {
+        for kind in [Iq, Real] {
+            for count in [2, 4, 6] {
+                for snr_db in [0.0, 20.0] {
+                    let amplitude = amplitude(snr_db) / count as f64;
+                    let noise = deviation(amplitude, snr_db);
+                    let [bin_m, row_mps] = radar.cell(chirps);
+                    // Of two, one anywhere; the next one in the same range or with the same velocity.
+                    let targets = (0..count).map(|index| {
+                        let (bin, row) = match index % 3 {
+                            0 => (30.0 + 4.0 * f64::from(index), -9.0),
+                            1 => (30.0 + 4.0 * f64::from(index - 1), -9.0 + 4.0 * f64::from(index)),
+                            _ => (30.0 + 4.0 * f64::from(index), -9.0),
+                        };
+                        // The Doppler shift moves the beat by no more than a few cells.
+                        let at =
+                            |place: f64, cell: f64| ((place - 0.5) * cell, (place + 0.5) * cell);
+                        let level = amplitude * if index == 0 { 1.0 } else { 0.3 };
+                        target(at(bin, bin_m), at(row, row_mps), level)
+                    });
+                    let mut scene = radar.scene(kind, n, chirps, targets.collect());
+                    scene.receiver.noise.rms = Some(noise.into());
+                    let label = format!(
+                        "several targets are found: {} {n} x {chirps}, {count} targets, {}, {snr_db} dB",
+                        kind.name(),
+                        radar.name()
+                    );
+                    let case = Case::new(label, scene, n).by(Path::Frame(chirps)).trials(12);
+                    let bound = 0.999 * radar.half_alias();
+                    let case = case
+                        .told(|config: &mut Config| config.velocity_mps = Some((-bound, bound)));
+                    rows.push(
+                        case.at_least(0.97, Event::RightNumber).at_most(0.01, Event::Wrong(5.0)),
+                    );
+                }
+            }
+        }
+    }
+    let together = [
+        Asked::Share { of: Event::RightNumber, least: 0.97, most: 1.0 },
+        Asked::Share { of: Event::More, least: 0.0, most: 0.005 },
+        Asked::Share { of: Event::Off(5.0), least: 0.0, most: 0.002 },
+        Asked::Square { quantity: 0, least: 0.72, most: 1.33 },
+        Asked::Square { quantity: 1, least: 0.72, most: 1.33 },
+    ];
+    hold_together("several targets are found, all together", rows, &together);
+}
+
+/// Two targets that are too near each other are not wrong.
+#[test]
+fn targets_in_one_cell_are_not_wrong() {
+    let radar = RADARS[0];
+    let (n, chirps) = (256, 64);
+    let [bin_m, row_mps] = radar.cell(chirps);
+    let rows = [0.4, 0.8, 1.2, 1.7].into_iter().map(|cells: f64| {
+        let (snr_db, amplitude) = (10.0, 0.5 * amplitude(10.0));
+        let at = |place: f64, cell: f64| (place * cell, (place + 0.01) * cell);
+        let one = target(at(40.3, bin_m), at(-5.3, row_mps), amplitude);
+        let other = target(at(40.3 + cells, bin_m), at(-5.3 + cells, row_mps), 0.5 * amplitude);
+        let mut scene = radar.scene(Iq, n, chirps, vec![one, other]);
+        scene.receiver.noise.rms = Some(deviation(amplitude, snr_db).into());
+        let label = format!("targets in one cell are not wrong: {cells} cells");
+        let case = Case::new(label, scene, n).by(Path::Frame(chirps)).trials(60);
+        let case = case.told(|config: &mut Config| config.velocity_mps = Some((-8.0, 8.0)));
+        case.at_most(0.01, Event::Wrong(5.0))
+    });
+    hold(rows.collect());
+}
+
+/// Noise alone shows a target as often as it was asked.
+#[test]
+fn false_alarms_of_frames_are_as_asked() {
+    let mut rows = Vec::new();
+    for (kind, n, chirps) in [(Iq, 128, 32), (Real, 256, 16), (Iq, 64, 64)] {
+        let mut scene = RADARS[0].scene(kind, n, chirps, vec![]);
+        scene.receiver.noise.rms = Some(100.0.into());
+        let label = format!("false alarms are as asked: {} {n} x {chirps}", kind.name());
+        let case = Case::new(label, scene, n).by(Path::Frame(chirps)).trials(600);
+        let case = case.told(|config: &mut Config| {
+            (config.velocity_mps, config.false_alarm) = (Some((-8.0, 8.0)), 0.1);
+        });
+        rows.push(case.asks(Asked::Share { of: Event::More, least: 0.05, most: 0.2 }));
+    }
+    hold(rows);
+}
+
+/// The power over the noise, after all sums, at which a detector that knows the noise finds nine of ten: the threshold lies where the
+/// continuous map of noise exceeds it in a millionth of the frames.
+fn found_at(cells: f64) -> f64 {
+    let mut threshold = 20.0;
+    for _ in 0..20 {
+        threshold = (cells * std::f64::consts::FRAC_PI_3 * (threshold - 0.5) / 1e-6_f64).ln();
+    }
+    // The power of a line in noise has the mean p + 1 and the variance 2 p + 1.
+    let mut power = threshold;
+    for _ in 0..50 {
+        power = threshold - 1.0 + 1.2816 * (2.0 * power + 1.0).sqrt();
+    }
+    power
+}
+
+/// Nine of ten targets are found half a decibel above that.
+#[test]
+fn weak_targets_of_frames_are_found() {
+    let mut rows = Vec::new();
+    for (kind, n, chirps) in [(Iq, 256, 64), (Real, 256, 64), (Iq, 128, 32)] {
+        let bins = n / 2 - 1;
+        let power = found_at((bins * chirps) as f64);
+        // A real record of this ratio has half of its power at each frequency.
+        let share = if kind == Iq { 1.0 } else { 0.5 };
+        let snr_db = 10.0 * (power / (share * (n * chirps) as f64)).log10() + 0.5;
+        let amplitude = amplitude(snr_db);
+        let [bin_m, _] = RADARS[0].cell(chirps);
+        let ranges = (12.0 * bin_m, 0.35 * n as f64 * bin_m);
+        let mut scene =
+            RADARS[0].scene(kind, n, chirps, vec![target(ranges, (-7.0, 7.0), amplitude)]);
+        scene.receiver.noise.rms = Some(deviation(amplitude, snr_db).into());
+        let label = format!("weak targets are found: {} {n} x {chirps}", kind.name());
+        let case = Case::new(label, scene, n).by(Path::Frame(chirps)).trials(200);
+        let case = case.told(|config: &mut Config| config.velocity_mps = Some((-8.1, 8.1)));
+        rows.push(case.at_least(0.9, Event::Found).at_most(0.002, Event::Wrong(5.0)));
+    }
+    hold(rows);
+}
+
+/// Beyond the unambiguous velocities the target's own way decides, or the aliases are listed.
+#[test]
+fn aliases_of_frames_are_decided_or_listed() {
+    let (n, chirps) = (256, 64);
+    let mut rows = Vec::new();
+    for (radar, speed, decided) in
+        [(RADARS[3], 30.0, true), (RADARS[4], 35.0, true), (RADARS[0], 20.0, false)]
+    {
+        for snr_db in [-15.0, 0.0] {
+            let amplitude = amplitude(snr_db);
+            let [bin_m, _] = radar.cell(chirps);
+            let ranges = (30.0 * bin_m, 90.0 * bin_m);
+            let mut scene =
+                radar.scene(Iq, n, chirps, vec![target(ranges, (-speed, speed), amplitude)]);
+            scene.receiver.noise.rms = Some(deviation(amplitude, snr_db).into());
+            let label = format!("aliases are decided or listed: {}, {snr_db} dB", radar.name());
+            let case = Case::new(label, scene, n).by(Path::Frame(chirps)).trials(40);
+            let case = case.told(|config: &mut Config| config.velocity_mps = Some((-speed, speed)));
+            let case = case.at_most(0.002, Event::Wrong(5.0)).at_most(0.002, Event::Unlisted(5.0));
+            rows.push(if decided { case.at_least(0.95, Event::Good) } else { case });
+        }
+    }
+    hold(rows);
+}
+
+/// A second frame of another period decides between the aliases.
+#[test]
+fn two_periods_decide_between_aliases() {
+    let (n, chirps, radar) = (256, 64, RADARS[0]);
+    let rows = [-10.0, 10.0].map(|snr_db| {
+        let amplitude = amplitude(snr_db);
+        let [bin_m, _] = radar.cell(chirps);
+        let one = target((30.0 * bin_m, 90.0 * bin_m), (-38.0, 38.0), amplitude);
+        let mut scene = radar.scene(Iq, n, chirps, vec![one]);
+        scene.receiver.noise.rms = Some(deviation(amplitude, snr_db).into());
+        let label = format!("two periods decide between aliases: {snr_db} dB");
+        let case = Case::new(label, scene, n).by(Path::TwoFrames(chirps)).trials(40);
+        let case = case.told(|config: &mut Config| config.velocity_mps = Some((-38.0, 38.0)));
+        case.at_least(0.95, Event::Good).at_most(0.002, Event::Wrong(5.0))
+    });
+    hold(rows.into());
+}
+
+/// The phase of a frame's target, below the level of a single chirp and in motion.
+#[test]
+fn a_frames_range_by_phase_is_right() {
+    let (n, chirps) = (256, 64);
+    let mut rows = Vec::new();
+    for radar in [RADARS[2], RADARS[3], RADARS[4]] {
+        for (kind, snr_db) in [(Iq, 0.0), (Real, 0.0), (Iq, 20.0)] {
+            let amplitude = amplitude(snr_db);
+            let [bin_m, _] = radar.cell(chirps);
+            let mut one = target((20.0 * bin_m, 90.0 * bin_m), (-2.0, 2.0), amplitude);
+            one.phase_turns = 0.0.into();
+            let mut scene = radar.scene(kind, n, chirps, vec![one]);
+            scene.receiver.noise.rms = Some(deviation(amplitude, snr_db).into());
+            let label = format!(
+                "a frame's range by phase: {} {n} x {chirps}, {}, {snr_db} dB",
+                kind.name(),
+                radar.name()
+            );
+            let case = Case::new(label, scene, n).by(Path::FramePhase(chirps)).trials(60);
+            let case = case.told(|config: &mut Config| config.velocity_mps = Some((-2.5, 2.5)));
+            rows.push(case.at_most(0.002, Event::FirstOff(5.0)));
+        }
+    }
+    let together = [
+        Asked::Share { of: Event::OtherCycle, least: 0.0, most: 1e-4 },
+        Asked::ByPhase { least: 0.81, most: 1.21 },
+    ];
+    hold_together("a frame's range by phase, all together", rows, &together);
+}

@@ -1,0 +1,218 @@
+//! The echo of one target by two fits of a tone: over the samples of a chirp, and over the chirps.
+//!
+//! The sum over the chirps, each turned back by the target's turn, is a chirp's record of length `n`, and its tone is the beat. The sum over
+//! the bins, each weighed as the beat fills it, is an I/Q record of as many values as there are chirps, and its tone is the turn from chirp
+//! to chirp. About the middles of frame and chirps the two frequencies are uncorrelated. Each record is that of the cells less all echoes,
+//! and this echo as a pure tone beside it: so what walks, bends, or mirrors is taken out exactly once the fit has settled.
+
+use super::echo::{Echo, Share, kernel};
+use super::map::{CHIRPS, Column, EMPTY, Map};
+use crate::acquire::sample::Iq;
+use crate::math::scalar::Scalar as _;
+use crate::math::series::{circle, sinc};
+use crate::spectrum::bins::{Bins, Rectangular};
+use crate::tone::fit::{Fit, FitStart, fit_bins};
+use core::f32::consts::PI;
+use num_complex::Complex;
+
+/// Bins on each side of the beat that are read.
+pub(super) const REACH: i32 = 16;
+const WIDTH: usize = 2 * REACH as usize + 1;
+
+/// Taps on each side by which a part of a bin's walk is taken out.
+const TAPS: i32 = 4;
+
+/// Bins: those of the window, and the taps beside it.
+const READ: i32 = REACH + TAPS;
+
+/// The result of both fits, of an echo whose amplitude is known.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fitted {
+    pub echo: Echo,
+    pub beat: Fit<f32>,
+    pub turn: Fit<f32>,
+    /// The energy of a line of amplitude 1 in the cells that were read.
+    pub energy: f32,
+    /// How far the fits moved beat and turn, in bins.
+    pub moved: [f32; 2],
+}
+
+/// The two records of an echo, without the echo itself.
+struct Records {
+    /// The sum over the bins, for each chirp; the sum over the chirps, for each bin.
+    turn: Column,
+    beat: [Complex<f32>; WIDTH],
+    /// The energy in each chirp.
+    energy: f32,
+}
+
+impl Map<'_> {
+    /// Fits an echo to the cells less all other echoes, which the map holds; the echo itself is not among them. `first` says that nothing is known
+    /// of it but its place.
+    pub fn fit(&self, echo: &Echo, first: bool) -> Option<Fitted> {
+        let plan = self.plan;
+        let chirps = plan.chirps;
+        let records = self.records(echo);
+        // The amplitude: the mean over the chirps, turned back.
+        let [start, step] = echo.phases(plan);
+        let mut phase = start;
+        let mut sum = Complex::new(0.0, 0.0);
+        for value in records.turn.iter().take(chirps) {
+            sum += value * phase.conj();
+            phase *= step;
+        }
+        let amplitude = sum / chirps as f32;
+        let usual = |offset: f32| if first { FitStart::Usual } else { FitStart::From(offset, 2) };
+        // Over the chirps.
+        let half = ((chirps as i32 - 1) / 2).min(REACH);
+        let mut bins = [Complex::new(0.0, 0.0); WIDTH];
+        for (place, bin) in bins.iter_mut().take(2 * half as usize + 1).enumerate() {
+            let row = echo.row - half + place as i32;
+            let (step, mut turn) = (circle::<f32>(-row, chirps as i32), Complex::new(1.0, 0.0));
+            for value in records.turn.iter().take(chirps) {
+                *bin += value * turn;
+                turn *= step;
+            }
+        }
+        let bins = bins.get(..2 * half as usize + 1)?;
+        let around = Bins::<f32, Iq, Rectangular>::from_middle(chirps, echo.row, bins);
+        let turn = fit_bins(&around, half as usize, usual(echo.turn))?;
+        // Over the samples: from the phase of the middle to that of the first sample.
+        let mut bins = records.beat;
+        for (place, bin) in bins.iter_mut().enumerate() {
+            let i = place as i32 - REACH;
+            let turn = circle::<f32>(i, 2 * plan.n as i32);
+            *bin = *bin * turn * if i & 1 == 0 { 1.0 } else { -1.0 };
+        }
+        let around = Bins::<f32, Iq, Rectangular>::from_middle(plan.n, echo.peak, &bins);
+        let beat = fit_bins(&around, REACH as usize, usual(echo.offset))?;
+        let moved = [beat.offset - echo.offset, turn.offset - echo.turn];
+        let mut next = Echo { offset: beat.offset, turn: turn.offset, amplitude, ..*echo };
+        next.centre(chirps as i32);
+        next.move_on(plan);
+        Some(Fitted { echo: next, beat, turn, energy: records.energy * chirps as f32, moved })
+    }
+
+    /// The records of an echo, from cells of which all other echoes are taken.
+    fn records(&self, echo: &Echo) -> Records {
+        let plan = self.plan;
+        let walks = echo.walk.abs() * plan.chirps as f32 > 0.05;
+        let mut records =
+            Records { turn: EMPTY, beat: [Complex::new(0.0, 0.0); WIDTH], energy: 0.0 };
+        let mut column = EMPTY;
+        let reach = if walks { READ } else { REACH };
+        let [start, step] = echo.phases(plan);
+        // Of an echo that walks, its own share is subtracted from the cells and put back as a pure tone.
+        for away in -reach..=reach {
+            let bin = echo.peak + away;
+            self.column(bin, if walks { echo.walk } else { 0.0 }, &mut column);
+            let mut phase = start;
+            let share = Share::new(echo, plan, |place| echo.line(plan, bin, place));
+            for (chirp, (cell, sum)) in
+                column.iter().zip(&mut records.turn).take(plan.chirps).enumerate()
+            {
+                let place = plan.place(chirp);
+                let jump = if walks { libm::roundf(echo.walk * place) } else { 0.0 };
+                let here = bin.wrapping_add(jump as i32);
+                let line =
+                    share.map_or_else(|| echo.line(plan, here, place), |share| share.at(place));
+                let kept = self.keeps(here);
+                // The mirror image of a real record.
+                let mut cell = *cell;
+                if !plan.iq && kept {
+                    let turned = (echo.amplitude * phase).conj();
+                    cell -= turned * echo.image(plan, here, place);
+                }
+                let rest = if kept {
+                    cell - echo.amplitude * phase * line
+                } else {
+                    Complex::new(0.0, 0.0)
+                };
+                if away.abs() <= REACH && kept {
+                    *sum += rest * line.conj();
+                    records.energy += line.norm_sqr();
+                }
+                // The part of a bin that the jump leaves.
+                let part = if walks { echo.walk * place - jump } else { 0.0 };
+                let back = rest * phase.conj() / plan.chirps as f32;
+                phase *= step;
+                if part.abs() < 1e-3 {
+                    add(&mut records.beat, away, back);
+                } else {
+                    for tap in -TAPS..=TAPS {
+                        add(&mut records.beat, away + tap, back * shifted(tap as f32 + part));
+                    }
+                }
+            }
+        }
+        records.energy /= plan.chirps as f32;
+        let unit = 1.0 / records.energy.max(f32::MIN_POSITIVE);
+        let mut phase = start;
+        for value in records.turn.iter_mut().take(plan.chirps) {
+            *value = *value * unit + echo.amplitude * phase;
+            phase *= step;
+        }
+        for (place, bin) in records.beat.iter_mut().enumerate() {
+            *bin += echo.amplitude * kernel(plan.n, place as i32 - REACH, echo.offset, 0.0);
+        }
+        records
+    }
+
+    /// The power that the cells have along an echo of another velocity, over that of a line of amplitude 1: what speaks for it. All echoes but
+    /// this one are taken from the cells.
+    pub fn along(&self, echo: &Echo) -> f32 {
+        let plan = self.plan;
+        let [start, step] = echo.phases(plan);
+        let mut column = EMPTY;
+        let (mut sum, mut energy) = (Complex::new(0.0, 0.0), 0.0);
+        for away in -REACH..=REACH {
+            let bin = echo.peak + away;
+            self.column(bin, echo.walk, &mut column);
+            let mut phase = start;
+            for (chirp, cell) in column.iter().take(plan.chirps).enumerate() {
+                let place = plan.place(chirp);
+                let here = bin.wrapping_add(libm::roundf(echo.walk * place) as i32);
+                let line = echo.line(plan, here, place);
+                if self.keeps(here) {
+                    sum += cell * (line * phase).conj();
+                    energy += line.norm_sqr();
+                }
+                phase *= step;
+            }
+        }
+        sum.norm_sqr() / energy.max(f32::MIN_POSITIVE)
+    }
+}
+
+impl Echo {
+    /// Keeps both rests within half a bin.
+    fn centre(&mut self, chirps: i32) {
+        let whole = libm::roundf(self.offset);
+        self.peak += whole as i32;
+        self.offset -= whole;
+        let whole = libm::roundf(self.turn);
+        self.row += whole as i32;
+        self.turn -= whole;
+        // A whole turn is an alias.
+        let half = chirps / 2;
+        if self.row >= half {
+            (self.row, self.alias) = (self.row - chirps, self.alias + 1);
+        } else if self.row < -half {
+            (self.row, self.alias) = (self.row + chirps, self.alias - 1);
+        }
+    }
+}
+
+fn add(bins: &mut [Complex<f32>; WIDTH], away: i32, value: Complex<f32>) {
+    if let Some(bin) = usize::try_from(away + REACH).ok().and_then(|place| bins.get_mut(place)) {
+        *bin += value;
+    }
+}
+
+/// `sin(pi x) / (pi x)`.
+fn shifted(x: f32) -> f32 {
+    let angle = PI * x;
+    if x.abs() < 0.25 { sinc(angle * angle) } else { f32::unit(0.5 * x).im / angle }
+}
+
+const _: () = assert!(CHIRPS >= WIDTH);

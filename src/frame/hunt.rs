@@ -1,0 +1,206 @@
+//! The search for all targets of a frame: the strongest first, each taken from the cells before the next is sought.
+
+use super::chance::ln_chance;
+use super::echo::Echo;
+use super::fit::Fitted;
+use super::map::{Map, TARGETS};
+use super::noise;
+use super::search::HIDDEN;
+use super::target::{FrameTarget, apart};
+use super::transform::Factors;
+use crate::list::{insert, remove};
+use crate::math::scalar::Scalar as _;
+use crate::tone::Verdict;
+use crate::tone::fit::Fit;
+use heapless::Vec;
+use num_complex::Complex;
+
+/// Two echoes nearer than this in both directions are one, cells.
+const ONE: f32 = 1.2;
+
+/// A target with less than this share of the strongest one's power may be what the strongest one's own errors leave: -50 dB.
+const LEFT: f32 = 1e-5;
+
+/// Rounds in which all echoes are fitted beside each other: after each new one, and in the end.
+const ROUNDS: usize = 2;
+const LAST: usize = 8;
+
+/// A fit has settled when it moves less than this share of its sigma.
+const SETTLED: f32 = 0.02;
+
+/// The search for all targets.
+pub(super) struct Hunt<'a> {
+    pub map: Map<'a>,
+}
+
+impl Hunt<'_> {
+    /// All targets, the strongest first.
+    pub fn targets(&mut self) -> Vec<FrameTarget, TARGETS> {
+        let plan = self.map.plan;
+        let factors = Factors::new(2 * plan.chirps);
+        let mut hidden = Vec::<(i32, i32), HIDDEN>::new();
+        let mut crowded = Vec::<(i32, i32), HIDDEN>::new();
+        let least = plan.false_alarm.log_e();
+        while !self.map.echoes.is_full() {
+            let Some(place) = self.map.search(&factors, &hidden) else { break };
+            // The search loses 2 dB at the most.
+            if ln_chance(1.7 * place.ratio, self.map.tried(), plan.chirps as f32, 1e6) > least {
+                break;
+            }
+            let index = self.map.echoes.len();
+            if self.map.echoes.push(place.echo).is_err() || !self.settle_new(index) {
+                break;
+            }
+            for _ in 0..ROUNDS {
+                self.round(1.0);
+            }
+            let Some(newest) = self.map.echoes.get(index).copied() else { break };
+            let mut others = self.map.echoes.iter().take(index);
+            let near = others.any(|other| apart(&newest, other, plan.chirps) < ONE);
+            let most =
+                self.map.echoes.iter().map(|echo| echo.amplitude.norm_sqr()).fold(0.0, f32::max);
+            let remainder = newest.amplitude.norm_sqr() < LEFT * most;
+            if near || remainder || !self.stands_out(index, least) {
+                remove(&mut self.map.echoes, index);
+                self.round(1.0);
+                let at = place.echo;
+                let row = 2 * at.row + if at.turn > 0.25 { 1 } else { 0 };
+                if near {
+                    let _ = crowded.push((newest.peak, newest.row));
+                }
+                if !(near || remainder) || hidden.push((at.peak, row)).is_err() {
+                    break;
+                }
+            }
+        }
+        for _ in 0..LAST {
+            if self.round(SETTLED) {
+                break;
+            }
+        }
+        self.report(&crowded)
+    }
+
+    /// Fits a new echo alone, from its place.
+    fn settle_new(&mut self, index: usize) -> bool {
+        for step in 0..3 {
+            let Some(fitted) = self.fit(index, step == 0) else {
+                remove(&mut self.map.echoes, index);
+                return false;
+            };
+            if let Some(echo) = self.map.echoes.get_mut(index) {
+                *echo = fitted.echo;
+            }
+            if step == 0 {
+                self.choose(index);
+            }
+        }
+        true
+    }
+
+    /// Gives an echo the alias that fits best. Returns whether it is another one.
+    fn choose(&mut self, index: usize) -> bool {
+        let aliases = self.without(index, |map, echo| map.aliases(echo, 1.0)).unwrap_or_default();
+        let plan = self.map.plan;
+        if let Some(&(alias, _)) = aliases.first()
+            && let Some(echo) = self.map.echoes.get_mut(index)
+            && echo.alias != alias
+        {
+            echo.alias = alias;
+            echo.move_on(plan);
+            return true;
+        }
+        false
+    }
+
+    /// Fits every echo once more. Returns whether none moved by more than this share of its sigma.
+    fn round(&mut self, share: f32) -> bool {
+        let mut settled = true;
+        for index in 0..self.map.echoes.len() {
+            let Some(fitted) = self.fit(index, false) else { continue };
+            let Fitted { beat, turn, moved: [beat_moved, turn_moved], .. } = &fitted;
+            // Without the noise: by what the residual leaves, which is no less.
+            let far = |moved: f32, fit: &Fit<f32>| {
+                let noise = fit.residual / (0.5 * fit.dof.max(1) as f32);
+                moved * moved * 2.0 * fit.information > share * share * noise
+            };
+            settled &= !(far(*beat_moved, beat) || far(*turn_moved, turn));
+            if let Some(echo) = self.map.echoes.get_mut(index) {
+                *echo = fitted.echo;
+            }
+        }
+        settled
+    }
+
+    /// Fits one echo to the cells less the others.
+    fn fit(&mut self, index: usize, first: bool) -> Option<Fitted> {
+        self.without(index, |map, echo| map.fit(echo, first))?
+    }
+
+    /// Something with the map that lacks an echo, which is put back at its place.
+    fn without<T>(&mut self, index: usize, of: impl FnOnce(&Map, &Echo) -> T) -> Option<T> {
+        let echo = *self.map.echoes.get(index)?;
+        let silent = Echo { amplitude: Complex::new(0.0, 0.0), ..echo };
+        *self.map.echoes.get_mut(index)? = silent;
+        let result = of(&self.map, &echo);
+        *self.map.echoes.get_mut(index)? = echo;
+        Some(result)
+    }
+
+    /// Whether an echo stands out of the noise beside it.
+    fn stands_out(&mut self, index: usize, least: f32) -> bool {
+        let Some(&echo) = self.map.echoes.get(index) else { return false };
+        let (tried, rows) = (self.map.tried(), self.map.plan.chirps as f32);
+        let Some(beside) = noise::beside(&self.map, &echo) else { return false };
+        let Some(fitted) = self.fit(index, false) else { return false };
+        let ratio = fitted.echo.amplitude.norm_sqr() * fitted.energy / beside.power;
+        ln_chance(ratio, tried, rows, beside.cells) <= least
+    }
+
+    /// The targets, the strongest first.
+    fn report(&mut self, crowded: &[(i32, i32)]) -> Vec<FrameTarget, TARGETS> {
+        let chirps = self.map.plan.chirps;
+        let mut targets = Vec::<FrameTarget, TARGETS>::new();
+        for index in 0..self.map.echoes.len() {
+            let Some(&echo) = self.map.echoes.get(index) else { continue };
+            let Some(beside) = noise::beside(&self.map, &echo) else { continue };
+            // Another alias walks otherwise: it is fitted anew.
+            if self.choose(index) {
+                for _ in 0..3 {
+                    if let Some(fitted) = self.fit(index, false)
+                        && let Some(echo) = self.map.echoes.get_mut(index)
+                    {
+                        *echo = fitted.echo;
+                    }
+                }
+            }
+            let aliases = self.without(index, |map, echo| map.aliases(echo, beside.power));
+            let aliases = aliases.unwrap_or_default();
+            let Some(&echo) = self.map.echoes.get(index) else { continue };
+            let Some(beside) = noise::beside(&self.map, &echo) else { continue };
+            let others = self.map.echoes.iter().enumerate().filter(|(other, _)| *other != index);
+            let mut nearest =
+                others.map(|(_, other)| apart(&echo, other, chirps)).fold(f32::INFINITY, f32::min);
+            if crowded
+                .iter()
+                .any(|&(peak, row)| (echo.peak - peak).abs() <= 2 && (echo.row - row).abs() <= 2)
+            {
+                nearest = 0.0;
+            }
+            let Some(fitted) = self.fit(index, false) else { continue };
+            let target =
+                self.without(index, |map, _| map.target(&fitted, &beside, &aliases, nearest));
+            let Some(target) = target else { continue };
+            if target.target.verdict == Verdict::Weak
+                || target.ln_chance > self.map.plan.false_alarm.log_e()
+            {
+                continue;
+            }
+            let place = targets
+                .iter()
+                .position(|other| target.line.tone.amplitude > other.line.tone.amplitude);
+            insert(&mut targets, place.unwrap_or(usize::MAX), target);
+        }
+        targets
+    }
+}

@@ -1,0 +1,185 @@
+//! Frames of chirps: range and velocity of several targets from a sequence of sawtooth chirps, also of targets that no single chirp shows.
+//!
+//! ```
+//! use picket_dsp::frame::{Cells, Frame, FrameConfig};
+//! use picket_dsp::{Chirp, Codes, Config, Pipeline, Iq, Shape, Verdict};
+//!
+//! // 77 GHz, 300 MHz in 100 us, 256 samples a chirp, 64 chirps, one every 120 us.
+//! let chirp = Chirp {
+//!     shape: Shape::Sawtooth,
+//!     wavelength_m: 299_792_458.0 / 77e9,
+//!     bandwidth_hz: 300e6,
+//!     duration_s: 101e-6,
+//!     guard_s: 1e-6,
+//!     ..Chirp::default()
+//! };
+//! let rate_hz = 2.56e6;
+//! let config = FrameConfig {
+//!     bins: Some((1, 127)),
+//!     velocity_mps: Some((-8.0, 8.0)),
+//!     ..FrameConfig::new(chirp, rate_hz, 256, true, 64, 120e-6)
+//! };
+//! let plan = config.plan()?;
+//! let mut cells = vec![[0i16; 2]; plan.cells()];
+//! let mut frame = Frame::new(plan, Cells::Narrow(&mut cells)).unwrap();
+//! let mut pipeline = Pipeline::<Iq, 256>::new(Config::new(rate_hz, Codes::signed::<12>()).plan()?);
+//! for chirp in 0..64 {
+//! #     let samples: [[i16; 2]; 256] = std::array::from_fn(|n| {
+//! #         let t = 1e-6 + n as f64 / rate_hz;
+//! #         let time = t + f64::from(chirp) * 120e-6 - 0.5 * 63.0 * 120e-6 - 1e-6 - 0.5 * 255.0 / rate_hz;
+//! #         let tau = 2.0 * (20.0 - 3.0 * time) / 299_792_458.0;
+//! #         let turns = tau * (77e9 + 300e6 / 101e-6 * (t - 0.5 * tau));
+//! #         let (sin, cos) = (std::f64::consts::TAU * turns).sin_cos();
+//! #         let noise = |k: usize| ((k * k * 7919 + k * 104_729) % 1013) as f64 / 5.0 - 100.0;
+//! #         let k = 2 * (n + 256 * chirp as usize);
+//! #         [(300.0 * cos + noise(k)) as i16, (300.0 * sin + noise(k + 1)) as i16]
+//! #     });
+//!     pipeline.record(&samples)?; // the samples of a chirp
+//!     frame.push(&pipeline.spectrum().view());
+//! }
+//! let targets = frame.targets();
+//! assert_eq!(targets.len(), 1);
+//! let target = targets[0].target; // 20 m, 3 m/s
+//! assert!((target.range.to_num::<f32>() - 20.0).abs() < 5.0 * target.sigma_range);
+//! assert!((target.velocity.unwrap().to_num::<f32>() - 3.0).abs() < 5.0 * target.sigma_velocity);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # The way
+//!
+//! 1. Each chirp is transformed by the engine. The bins of the band are kept in the caller's memory, [`FramePlan::cells`] of them
+//!    ([`Cells`]). So far all is in integers; what follows is in floats.
+//! 2. A transform over the chirps makes a map of ranges and velocities. The place of most evidence is sought in it, in steps of half a
+//!    cell in both directions (`search`). Beats that walk through cells within a frame are sought along their walk.
+//! 3. The target is fitted by the library's own fit of a tone, over the samples and over the chirps by turns (`fit`), and taken from the
+//!    cells. The search goes on in the rest, and all targets are fitted anew beside each other, up to [`TARGETS`].
+//! 4. The noise is that of the cells around a target, in both directions (`noise`); a target is one if noise alone exceeds it in no more
+//!    frames than were asked (`chance`).
+//! 5. Range and velocity follow with their covariance:
+//!
+//! ```text
+//! turns a chirp = -s 2 V (f0 + S t) Tc / c      beat = s (S 2 R / c (1 + 2 V / c) - 2 V (f0 + S t) / c)
+//! ```
+//!
+//! in the middle of the frame and at the middle `t` of the chirp's record, with the period Tc and the receiver's orientation s.
+//!
+//! # Aliases
+//!
+//! The turn from chirp to chirp leaves the velocity open by half a wavelength a period ([`FramePlan::alias_mps`]). The bounds of the
+//! velocity decide, or the target's own way: it walks through cells with its true velocity alone. Where neither does, the target is
+//! [`Verdict::Ambiguous`](crate::Verdict::Ambiguous) and lists the aliases with their odds; a second frame of another period decides, see [`settle`].
+//!
+//! # Cost
+//!
+//! Counted on a Cortex-M4F for 32 chirps of 127 bins, I/Q: 8 thousand instructions to store a chirp, 46 million for the answer with two
+//! targets. Most of them are fits: each reads 33 bins of every chirp, for each target that is known, and all targets are fitted some eight
+//! times. A search reads all cells, once for each velocity that walks otherwise, and once more for each target. The stack holds 20 KB.
+//!
+//! Sources: Stove 1992 (doi:10.1049/ip-f-2.1992.0048) for the map; the two fits, their sigmas and the chances are this project's own.
+
+mod cells;
+mod chance;
+mod echo;
+mod fit;
+mod hunt;
+mod map;
+mod noise;
+mod periods;
+mod plan;
+mod search;
+mod target;
+mod transform;
+
+pub use cells::Cells;
+pub use map::TARGETS;
+pub use periods::settle;
+pub use plan::{CHIRPS, FrameConfig, FramePlan};
+pub use target::FrameTarget;
+
+use crate::math::scalar::Scalar as _;
+use crate::spectrum::view::View;
+use cells::Store;
+use heapless::Vec;
+use hunt::Hunt;
+use map::Map;
+use num_complex::Complex;
+
+/// A frame in progress.
+///
+/// The frame owns nothing but numbers: its cells are the caller's.
+#[derive(Debug)]
+pub struct Frame<'a> {
+    plan: FramePlan,
+    store: Store<'a>,
+}
+
+impl<'a> Frame<'a> {
+    /// A frame in these cells. `None` if there are fewer than [`FramePlan::cells`].
+    pub fn new(plan: FramePlan, cells: Cells<'a>) -> Option<Self> {
+        Some(Self { plan, store: Store::new(cells, plan.chirps, plan.bins)? })
+    }
+
+    /// The plan.
+    pub const fn plan(&self) -> &FramePlan {
+        &self.plan
+    }
+
+    /// The chirps of the frame in progress.
+    pub const fn filled(&self) -> usize {
+        self.store.filled
+    }
+
+    /// Takes the bins of the next chirp. Returns whether the frame is complete. A chirp beyond the last one begins a new frame; one of
+    /// another length or kind is passed over.
+    pub fn push(&mut self, view: &View) -> bool {
+        let (n, chirps) = (self.plan.n, self.plan.chirps);
+        if view.layout.n != n || view.layout.iq != self.plan.iq {
+            return false;
+        }
+        if self.store.filled >= chirps {
+            self.clear();
+        }
+        self.store.push(view, self.plan.first);
+        self.store.filled == chirps
+    }
+
+    /// Begins anew: after a gap between chirps.
+    pub const fn clear(&mut self) {
+        self.store.filled = 0;
+    }
+
+    /// The targets of the frame that is complete, the strongest first; none of a frame in progress. All are at least detected, see
+    /// [`FrameTarget::target`] for their verdicts.
+    pub fn targets(&self) -> Vec<FrameTarget, TARGETS> {
+        self.targets_beside(&[])
+    }
+
+    /// [`Frame::targets`] less what stood in the background, which [`Frame::background`] recorded.
+    pub fn targets_beside(&self, background: &[Complex<f32>]) -> Vec<FrameTarget, TARGETS> {
+        if self.store.filled < self.plan.chirps {
+            return Vec::new();
+        }
+        let echoes = Vec::new();
+        Hunt { map: Map { plan: &self.plan, store: &self.store, background, echoes } }.targets()
+    }
+
+    /// Records what stands still: the mean over the frame's chirps, a number for each kept bin. Returns the power that it has of all, 0 to 1:
+    /// little power is little to subtract. The caller keeps the time. Its noise adds to that of cells at rest, by 1/M of a chirp's.
+    pub fn background(&self, still: &mut [Complex<f32>]) -> f32 {
+        let (mut power, mut all) = (0.0, 0.0);
+        let chirps = self.plan.chirps;
+        let unit = f32::two_to(self.store.exponent);
+        for (bin, still) in still.iter_mut().take(self.plan.bins).enumerate() {
+            let mut sum = Complex::new(0.0, 0.0);
+            for chirp in 0..chirps {
+                let [re, im] = self.store.get(bin as i32, chirp);
+                let cell = Complex::new(re, im) * unit;
+                sum += cell;
+                all += cell.norm_sqr();
+            }
+            *still = sum / chirps as f32;
+            power += still.norm_sqr() * chirps as f32;
+        }
+        if all > 0.0 { power / all } else { 0.0 }
+    }
+}
