@@ -29,6 +29,32 @@ fn one_line_is_no_series() {
     assert_eq!(verdict(Some((90.0, 110.0))), (100.0, Verdict::Good, 1));
 }
 
+/// A stiff string: its partials are stretched, and plain multiples would put the fundamental tens of sigmas off.
+#[test]
+fn a_stiff_string_has_its_fundamental() {
+    for stretch in [0.0, 2e-5, 1e-4, 2.5e-4] {
+        for first in [21.37, 37.83, 60.21] {
+            let partial = |order: f64| {
+                let ratio = order * ((1.0 + stretch * order * order) / (1.0 + stretch)).sqrt();
+                line(first * ratio, 400.0 / order.max(2.0))
+            };
+            let scene = tones(Kind::Real, N, [1.0, 2.0, 3.0, 4.0, 5.0].map(partial), 3.0);
+            let samples = samples::<Real, N>(&mut scene.run(0).unwrap(), 0);
+            let found = fundamental(&samples, Some((0.7 * first, 1.3 * first))).unwrap();
+            let error = found.tone.frequency.bins(N) - first;
+            assert!(
+                error.abs() < 5.0 * f64::from(found.tone.sigma) * N as f64,
+                "{first} {stretch}: {error}"
+            );
+            assert_eq!(
+                (found.tone.verdict, found.orders),
+                (Verdict::Good, 0b11111),
+                "{first} {stretch}"
+            );
+        }
+    }
+}
+
 /// Mains: blocks of 1.3 s follow the published track, each of whose points is a fit to 8 s under
 /// Hann's window. That is a mean of the frequency with the weights of [`weight`], which a mean of the blocks' answers repeats.
 #[test]

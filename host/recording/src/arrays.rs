@@ -61,7 +61,11 @@ impl Array {
     ) -> Option<Self> {
         let parts = if complex { 2 } else { 1 };
         let all = sides.iter().try_fold(parts, |all: u64, side| all.checked_mul(*side))?;
-        numbers.get(..usize::try_from(all).ok()?)?;
+        let all = usize::try_from(all).ok()?;
+        let mut numbers = numbers;
+        numbers.get(..all)?;
+        // What is behind them is none of them.
+        numbers.truncate(all);
         let channels = Channels::of(&sides, rows_first).filter(|of| of.count <= MOST);
         let channels = channels.map_or(Vec::new(), |of| Self::columns(&numbers, complex, of));
         Some(Self { name: name.into(), numbers, complex, sides, rows_first, channels })
