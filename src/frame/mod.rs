@@ -23,6 +23,11 @@
 //! let mut cells = vec![[0i16; 2]; plan.cells()];
 //! let mut frame = Frame::new(plan, Cells::Narrow(&mut cells)).unwrap();
 //! let mut pipeline = Pipeline::<Iq, 256>::new(Config::new(rate_hz, Codes::signed::<12>()).plan()?);
+//! # let mut state = 1u32;
+//! # let mut noise = || {
+//! #     state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+//! #     f64::from(state >> 16) / 327.68 - 100.0
+//! # };
 //! for chirp in 0..64 {
 //! #     let samples: [[i16; 2]; 256] = std::array::from_fn(|n| {
 //! #         let t = 1e-6 + n as f64 / rate_hz;
@@ -30,9 +35,7 @@
 //! #         let tau = 2.0 * (20.0 - 3.0 * time) / 299_792_458.0;
 //! #         let turns = tau * (77e9 + 300e6 / 101e-6 * (t - 0.5 * tau));
 //! #         let (sin, cos) = (std::f64::consts::TAU * turns).sin_cos();
-//! #         let noise = |k: usize| ((k * k * 7919 + k * 104_729) % 1013) as f64 / 5.0 - 100.0;
-//! #         let k = 2 * (n + 256 * chirp as usize);
-//! #         [(300.0 * cos + noise(k)) as i16, (300.0 * sin + noise(k + 1)) as i16]
+//! #         [(300.0 * cos + noise()) as i16, (300.0 * sin + noise()) as i16]
 //! #     });
 //!     pipeline.record(&samples)?; // the samples of a chirp
 //!     frame.push(&pipeline.spectrum().view());
