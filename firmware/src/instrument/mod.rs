@@ -14,6 +14,6 @@ mod run;
 #[cfg(all(target_os = "none", feature = "instrument"))]
 pub mod stack;
 
-pub use picket_instrument::{adf4159, bounds, clock, crashes, plan, storage};
+pub use picket_instrument::{adf4159, bounds, clock, crashes, plan, storage, words};
 #[cfg(all(target_os = "none", feature = "instrument"))]
 pub use run::Instrument;

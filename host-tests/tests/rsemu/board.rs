@@ -3,11 +3,11 @@
 use super::source;
 use picket_dsp::pipeline::Measurement;
 use picket_firmware::instrument::storage::{self, PAGE, Page, Storage};
+use picket_firmware::instrument::words::payload;
 use picket_firmware::nucleo_f446re::N;
 use picket_host::device::{Listener, Said};
 use picket_host::toolchain::ToolError;
 use picket_host::{board, flash};
-use picket_instrument::words::payload;
 use picket_wire::boot::Boot;
 use picket_wire::command::{Command, Refusal, Request};
 use picket_wire::settings::Settings;
