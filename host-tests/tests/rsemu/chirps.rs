@@ -1,6 +1,6 @@
 //! Chirps: the DAC's codes, the sync pins, and what an overrun or an underrun does to them.
 
-use crate::board::{Emulated, built};
+use crate::board::Emulated;
 use crate::saves::played;
 use crate::settings::{DAC, chirp, words};
 use host_tests::sized;
@@ -10,8 +10,6 @@ use picket_dsp::solve::chirp::Shape;
 use picket_firmware::nucleo_f446re::N;
 use picket_wire::command::{Command, Request};
 use picket_wire::settings::{Drive, Settings};
-use std::path::PathBuf;
-use std::sync::OnceLock;
 
 /// The DAC plays the table, each code once a chirp, at even distances.
 #[test]
