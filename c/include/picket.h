@@ -71,7 +71,7 @@ enum {
     PICKET_IMAGE = 9, /* The two channels do not belong together: the frequency may have the wrong sign. */
     PICKET_FRONT_END = 10, /* The lines are those of codes that wrap, or of samples that changed places: the tone may be another one. */
     PICKET_AMBIGUOUS = 11, /* The beats fit several targets: a bound of range or velocity, or the next chirp, decides. */
-    PICKET_COASTING = 12, /* The block did not measure the tone: this is the track's prediction. */
+    PICKET_COASTING = 12 /* The block did not measure the tone: this is the track's prediction. */
 };
 /* end */
 /* What a number may be used for. */
