@@ -281,11 +281,12 @@ impl Sight<'_> {
     #[inline(never)]
     fn wraps(&self, share: f32, least: f32, observer: impl Tap) -> bool {
         let range = self.range();
-        if !reaches(self.pairs, self.codes) {
-            return false;
-        }
         let power = mean_square(self.pairs) / (range * range);
         let [two, three] = most(share);
+        // Few records have the power that is worth another pass.
+        if power > two.min(three) && !reaches(self.pairs, self.codes) {
+            return false;
+        }
         if observer.exceeds(Statistic::TwoTones, power / two, 1.0) {
             return true;
         }

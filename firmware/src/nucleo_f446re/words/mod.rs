@@ -40,7 +40,7 @@ pub struct Words {
 }
 
 /// Core cycles in which a fundamental is sought among eight lines, by 1.4 cycles an instruction.
-const HARMONICS_CYCLES: u64 = 1_000_000;
+const HARMONICS_CYCLES: u64 = 1_150_000;
 
 /// The most core cycles for the further tones of a block and its fundamental, by 1.4 cycles an instruction, modelled and not measured: a
 /// search, and the cost of each tone.
