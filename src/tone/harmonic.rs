@@ -55,7 +55,8 @@ const LEAST_BINS: f32 = 0.02;
 /// Half of the largest B, as a share of the fundamental that a line may be off for each `k (k^2 - 1)`.
 const STRETCH: f32 = 1.5e-4;
 
-/// A stretch is there if it takes so much off the sum of the squares of what lines are off, in their sigmas.
+/// From here on sigma covers a stretch: it takes so much off the sum of the squares of what lines are off, in their sigmas. Noise does so in
+/// one series of 150. Where the multiples contradict each other and a stretch mends it, it is there.
 const BETTER: f32 = 6.0;
 
 /// From this many sigmas on a line contradicts the others.
@@ -119,14 +120,24 @@ struct Series {
     count: u32,
     /// The fundamental, cycles per sample.
     cycles: f32,
+    /// The share of the largest stretch that its lines may have: 0 or 1.
+    stretch: f32,
 }
 
 impl Series {
     fn from_seed(lines: &[ToneWithPhase], seed: &Tone, over: i32, highest: i32, n: usize) -> Self {
         let cycles = seed.frequency.cycles_f32() / over as f32;
-        let mut series = Self { seed: *seed, over, highest, evidence: 0.0, count: 0, cycles };
+        let mut series =
+            Self { seed: *seed, over, highest, evidence: 0.0, count: 0, cycles, stretch: 0.0 };
+        // One line beside its multiple is another line; two or more are stretched.
+        let beside = |line: &&ToneWithPhase| {
+            series.place(&line.tone, n, 0.0).is_none() && series.place(&line.tone, n, 1.0).is_some()
+        };
+        if lines.iter().filter(beside).count() > 1 {
+            series.stretch = 1.0;
+        }
         for line in lines {
-            if series.place(&line.tone, n).is_some() {
+            if series.place(&line.tone, n, series.stretch).is_some() {
                 series.evidence += libm::logf(1.0 + line.tone.snr * n as f32);
                 series.count += 1;
             }
@@ -141,8 +152,9 @@ impl Series {
             || self.evidence > other.evidence - margin && self.cycles.abs() > other.cycles.abs()
     }
 
-    /// A line's order and its distance from this multiple of the fundamental, cycles per sample.
-    fn place(&self, line: &Tone, n: usize) -> Option<(i32, f32)> {
+    /// A line's order and its distance from this multiple of the fundamental, cycles per sample; `stretch` is the share of the largest
+    /// stretch that the line may have.
+    fn place(&self, line: &Tone, n: usize, stretch: f32) -> Option<(i32, f32)> {
         /// Steps of a frequency in a cycle per sample: 2^32.
         const STEPS: f32 = 4_294_967_296.0;
         let (ours, theirs) = (self.seed.frequency.0.to_bits(), line.frequency.0.to_bits());
@@ -156,14 +168,16 @@ impl Series {
         let own = self.seed.sigma * order as f32 / self.over as f32;
         let within = (OFF * libm::hypotf(line.sigma, own)).max(LEAST_BINS / n as f32);
         // Stretched upwards, away from 0 Hz.
-        let most = STRETCH * stretched(order) * self.cycles.abs();
+        let most = stretch * STRETCH * stretched(order) * self.cycles.abs();
         let out = if self.cycles < 0.0 { -rest } else { rest };
         (out > -within && out < within + most).then_some((order, rest))
     }
 
     /// The fundamental from all its lines.
     fn harmonic(&self, lines: &[ToneWithPhase], n: usize) -> Option<Harmonic> {
-        let placed = || lines.iter().filter_map(|line| Some((line, self.place(&line.tone, n)?)));
+        let placed = || {
+            lines.iter().filter_map(|line| Some((line, self.place(&line.tone, n, self.stretch)?)))
+        };
         let (mut along, mut weight, mut variance) = (0.0, 0.0, 0.0);
         let mut harmonic = Harmonic { tone: Tone { ..self.seed }, orders: 0 };
         (harmonic.tone.amplitude, harmonic.tone.snr) = (0.0, 0.0);
@@ -193,16 +207,22 @@ impl Series {
         let squares = |more: f32, bend: f32| -> f32 {
             placed().map(|it| off(more, bend, it)).map(|off| off * off).sum()
         };
+        let contradict =
+            |more: f32, bend: f32| placed().any(|it| off(more, bend, it).abs() > CONTRADICTS);
         let mut bend = 0.0;
         if let Some(fit) = Bent::fit(placed(), n)
             && fit.bend.abs() < STRETCH * self.cycles.abs()
             && fit.bend * self.cycles > 0.0
-            && squares(fit.more, fit.bend) < squares(more, 0.0) - BETTER
         {
-            (more, bend, sigma) = (fit.more, fit.bend, fit.sigma);
+            let better = squares(more, 0.0) - squares(fit.more, fit.bend);
+            if better > BETTER {
+                sigma = fit.sigma;
+            }
+            if better > CONTRADICTS * CONTRADICTS && contradict(more, 0.0) {
+                (more, bend) = (fit.more, fit.bend);
+            }
         }
-        let contradicts = placed().any(|it| off(more, bend, it).abs() > CONTRADICTS);
-        let line = if contradicts { LineClass::Unresolved } else { LineClass::Steady };
+        let line = if contradict(more, bend) { LineClass::Unresolved } else { LineClass::Steady };
         harmonic.tone.conclude(&Evidence { line, ..Evidence::new(said) });
         let cycles = self.seed.frequency.cycles() / f64::from(self.over) + f64::from(more);
         let steps = libm::rint(cycles * 4_294_967_296.0);

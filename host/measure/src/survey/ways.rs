@@ -190,7 +190,7 @@ impl Trials<'_> {
     }
 }
 
-/// The way for a series of harmonics: of the lengths that tell them apart the one that is good most often, else that answers at all.
+/// The way for a series of harmonics: of the lengths that tell them apart the one that is good most often, else that sees it at all.
 pub(super) fn harmonics(ground: &Ground, series: &Series) -> Option<(Way, f64, Vec<Shot>)> {
     let lengths = LENGTHS.into_iter().rev();
     let lengths = lengths
@@ -200,8 +200,9 @@ pub(super) fn harmonics(ground: &Ground, series: &Series) -> Option<(Way, f64, V
         let way =
             Way { n, hop: n, skip: 0, band_hz, of: Of::Harmonics(series.highest.clamp(4, 32)) };
         let shots = ground.shots(&way);
-        let near: Vec<Shot> =
-            shots.iter().copied().filter(|it| (it.hz / series.hz - 1.0).abs() < 0.015).collect();
+        // A weak one may be a comb of ramps, whose low lines are missing.
+        let is_near = |it: &Shot| it.usable < Usable::No && (it.hz / series.hz - 1.0).abs() < 0.015;
+        let near: Vec<Shot> = shots.iter().copied().filter(is_near).collect();
         let good: Vec<Shot> = near.iter().copied().filter(Shot::holds).collect();
         let blocks = (ground.samples.len() / n).max(1) as f64;
         // Most of what it answers is the fundamental, and none of the good ones is another.

@@ -116,10 +116,14 @@ impl Survey {
                 Of::Harmonics(_) => ("good", "blocks"),
                 Of::Bursts => ("valid", "bursts"),
             };
+            let tried = if *share > 0.0 {
+                let all = (shots.len() as f64 / share).round();
+                format!("{:.0} % of {all} {what} are {held}", 100.0 * share)
+            } else {
+                format!("{} {what} answer this, none of them {held}", shots.len())
+            };
             text += &format!(
-                "tried     with the command below {:.0} % of {} {what} are {held}, sigma {} {unit} (median)\n",
-                100.0 * share,
-                (shots.len() as f64 / share.max(1e-9)).round().min(1e9),
+                "tried     with the command below {tried}, sigma {} {unit} (median)\n",
                 digits(sigma)
             );
         }
