@@ -120,27 +120,29 @@ struct Series {
     count: u32,
     /// The fundamental, cycles per sample.
     cycles: f32,
-    /// The share of the largest stretch that its lines may have: 0 or 1.
-    stretch: f32,
+    /// Whether lines beside their multiples are its own.
+    stretches: bool,
 }
 
 impl Series {
     fn from_seed(lines: &[ToneWithPhase], seed: &Tone, over: i32, highest: i32, n: usize) -> Self {
         let cycles = seed.frequency.cycles_f32() / over as f32;
         let mut series =
-            Self { seed: *seed, over, highest, evidence: 0.0, count: 0, cycles, stretch: 0.0 };
+            Self { seed: *seed, over, highest, evidence: 0.0, count: 0, cycles, stretches: false };
         // One line beside its multiple is another line; two or more are stretched.
-        let beside = |line: &&ToneWithPhase| {
-            series.place(&line.tone, n, 0.0).is_none() && series.place(&line.tone, n, 1.0).is_some()
-        };
-        if lines.iter().filter(beside).count() > 1 {
-            series.stretch = 1.0;
-        }
+        let (mut beside, mut more) = (0, 0.0);
         for line in lines {
-            if series.place(&line.tone, n, series.stretch).is_some() {
-                series.evidence += libm::logf(1.0 + line.tone.snr * n as f32);
-                series.count += 1;
+            let Some((_, _, stretched)) = series.seek(&line.tone, n) else { continue };
+            let evidence = libm::logf(1.0 + line.tone.snr * n as f32);
+            if stretched {
+                (beside, more) = (beside + 1, more + evidence);
+            } else {
+                (series.count, series.evidence) = (series.count + 1, series.evidence + evidence);
             }
+        }
+        if beside > 1 {
+            series.stretches = true;
+            (series.count, series.evidence) = (series.count + beside, series.evidence + more);
         }
         series
     }
@@ -152,9 +154,14 @@ impl Series {
             || self.evidence > other.evidence - margin && self.cycles.abs() > other.cycles.abs()
     }
 
-    /// A line's order and its distance from this multiple of the fundamental, cycles per sample; `stretch` is the share of the largest
-    /// stretch that the line may have.
-    fn place(&self, line: &Tone, n: usize, stretch: f32) -> Option<(i32, f32)> {
+    /// The order and the distance of a line of the series.
+    fn place(&self, line: &Tone, n: usize) -> Option<(i32, f32)> {
+        let (order, rest, stretched) = self.seek(line, n)?;
+        (self.stretches || !stretched).then_some((order, rest))
+    }
+
+    /// A line's order, its distance from this multiple of the fundamental, cycles per sample, and whether only a stretch explains it.
+    fn seek(&self, line: &Tone, n: usize) -> Option<(i32, f32, bool)> {
         /// Steps of a frequency in a cycle per sample: 2^32.
         const STEPS: f32 = 4_294_967_296.0;
         let (ours, theirs) = (self.seed.frequency.0.to_bits(), line.frequency.0.to_bits());
@@ -168,16 +175,14 @@ impl Series {
         let own = self.seed.sigma * order as f32 / self.over as f32;
         let within = (OFF * libm::hypotf(line.sigma, own)).max(LEAST_BINS / n as f32);
         // Stretched upwards, away from 0 Hz.
-        let most = stretch * STRETCH * stretched(order) * self.cycles.abs();
+        let most = STRETCH * stretched(order) * self.cycles.abs();
         let out = if self.cycles < 0.0 { -rest } else { rest };
-        (out > -within && out < within + most).then_some((order, rest))
+        (out > -within && out < within + most).then_some((order, rest, out >= within))
     }
 
     /// The fundamental from all its lines.
     fn harmonic(&self, lines: &[ToneWithPhase], n: usize) -> Option<Harmonic> {
-        let placed = || {
-            lines.iter().filter_map(|line| Some((line, self.place(&line.tone, n, self.stretch)?)))
-        };
+        let placed = || lines.iter().filter_map(|line| Some((line, self.place(&line.tone, n)?)));
         let (mut along, mut weight, mut variance) = (0.0, 0.0, 0.0);
         let mut harmonic = Harmonic { tone: Tone { ..self.seed }, orders: 0 };
         (harmonic.tone.amplitude, harmonic.tone.snr) = (0.0, 0.0);
