@@ -14,9 +14,9 @@
 //! `x^(M - 1/2) a^a gamma(a + M - 1/2) / (gamma(a) (a + x)^(a + M - 1/2))`.
 
 use super::sums::{Sums, bins};
-use crate::list::remove;
 use crate::spectrum::layout::Layout;
 use crate::spectrum::peak::Band;
+use crate::tone::noise::quietest::quietest;
 use heapless::Vec;
 
 /// Bins in a group of cells of the noise's reference.
@@ -167,18 +167,10 @@ fn noise(sums: &Sums, index: i32, count: i32, group: i32) -> Option<(f32, f32)> 
         }
     }
     let all = means.len();
-    let kept = all - all / 4;
-    while means.len() > kept {
-        let loudest = means.iter().copied().fold(0.0, f32::max);
-        let at = means.iter().position(|&mean| mean == loudest).unwrap_or(0);
-        remove(&mut means, at);
-    }
-    let mean = means.iter().sum::<f32>() / kept.max(1) as f32;
-    if kept < 2 || mean <= 0.0 {
+    let (mean, left_out) = quietest(&mut means)?;
+    if mean <= 0.0 {
         return None;
     }
-    // The quietest three quarters of many normal numbers are .42 deviations below their mean, of 8 .379, of 4 .343.
-    let left_out = if all == kept { 0.0 } else { 0.42 - 0.33 / all as f32 };
     let bins = group as f32;
     let low = left_out / libm::sqrtf(bins * sums.scale.blocks.max(1) as f32);
     // The censored mean scatters like the mean of .82 of all bins (simulated: .77 to .9 from 1 to 400 blocks).

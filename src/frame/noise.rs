@@ -2,8 +2,8 @@
 
 use super::echo::Echo;
 use super::map::{EMPTY, Map};
-use crate::list::remove;
 use crate::math::series::circle;
+use crate::tone::noise::quietest::quietest;
 use heapless::Vec;
 use num_complex::Complex;
 
@@ -63,15 +63,7 @@ pub(super) fn beside(map: &Map, echo: &Echo) -> Option<Beside> {
         }
     }
     let all = means.len();
-    let kept = all - all / 4;
-    while means.len() > kept {
-        let loudest = means.iter().copied().fold(0.0, f32::max);
-        let at = means.iter().position(|&mean| mean == loudest).unwrap_or(0);
-        remove(&mut means, at);
-    }
-    let mean = means.iter().sum::<f32>() / kept.max(1) as f32;
-    // The quietest three quarters of many normal numbers are .42 deviations below their mean, of 8 .379.
-    let left_out = if all == kept { 0.0 } else { 0.42 - 0.33 / all as f32 };
+    let (mean, left_out) = quietest(&mut means)?;
     let power = mean / (1.0 - left_out / libm::sqrtf(rows as f32));
-    (kept >= 2 && power > 0.0).then_some(Beside { power, cells: 0.82 * (rows * all as i32) as f32 })
+    (power > 0.0).then_some(Beside { power, cells: 0.82 * (rows * all as i32) as f32 })
 }
