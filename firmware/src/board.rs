@@ -59,6 +59,11 @@ pub trait Board<const N: usize, const WORDS: usize>: Sized {
     /// The source of the clock.
     fn clock(&self) -> Clock;
 
+    /// Whether a better clock than [`Board::clock`] is there again, so that a restart would use it. The loop asks in every turn.
+    fn clock_returned(&mut self) -> bool {
+        false
+    }
+
     /// The core's clock, Hz.
     fn core_hz(&self) -> u32;
 

@@ -18,6 +18,11 @@ impl Progress {
         self.passed = self.passed.wrapping_add(blocks as u64);
     }
 
+    /// Whether the next block is the first one of a chirp.
+    pub fn begins(&self) -> bool {
+        self.passed.checked_rem(self.segments).unwrap_or(0) == 0
+    }
+
     /// Passes blocks up to the first one of a whole chirp, and returns their number.
     pub fn skip(&mut self, blocks: u32) -> u32 {
         self.pass(blocks);

@@ -231,6 +231,27 @@ fn it_outlives_its_crystal() {
     board.assert_rules();
 }
 
+/// Once the crystal's clock is there again, the board starts anew by it, with the settings that it was given meanwhile.
+#[test]
+fn it_returns_to_its_crystal() {
+    let (mut board, _) = Emulated::start(&tone(500e3));
+    board.order("hse 0");
+    assert_eq!(board.boot().clock, Clock::Internal);
+    let given = Settings { report_every: 7, ..tone(200e3) };
+    board.request(Command::SetSettings(given, N)).unwrap();
+    let internal = board.boot();
+    assert_eq!((internal.clock, internal.origin), (Clock::Internal, Origin::Host));
+    board.run(2_500_000);
+    assert_eq!(board.resets.len(), 2);
+    board.order("hse 8000000");
+    let boot = board.boot();
+    assert_eq!((boot.clock, boot.core_hz, boot.measuring), (Clock::External, 180_000_000, true));
+    assert_eq!((boot.settings, boot.last.kind), (internal.settings, 0));
+    board.run(3_000_000);
+    assert_eq!(board.resets.len(), 3);
+    board.assert_rules();
+}
+
 /// A clock of another rate than the board's is not used, nor told as if it were.
 #[test]
 fn it_does_not_start_by_another_crystal() {

@@ -18,7 +18,7 @@ use picket_dsp::burst;
 use picket_dsp::config::Scene;
 use picket_dsp::pipeline::{Measurement, Outcome, Pipeline};
 use picket_dsp::tone::Tone;
-use picket_wire::boot::{Boot, Name};
+use picket_wire::boot::{Boot, Name, Origin};
 use picket_wire::burst::Burst;
 use picket_wire::capture::EncodingError;
 use picket_wire::command::{Answer, Command, Refusal, Request};
@@ -198,6 +198,13 @@ where
     /// The settings in use, and the values that follow from them. Samples shall be taken if the settings say `start`.
     pub const fn plan(&self) -> &Plan<N> {
         &self.plan
+    }
+
+    /// The end after which the next instrument measures as this one was asked to, where something beside the settings has changed: a clock
+    /// that came back.
+    pub fn again(&self) -> End {
+        let given = self.boot.origin == Origin::Host && !self.boot.unfit;
+        if given { End::Restart(self.plan.settings) } else { End::Reboot }
     }
 
     /// The recent saves, for the [`Start`] of the next instrument.

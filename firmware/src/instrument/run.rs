@@ -168,6 +168,10 @@ where
                 self.inner.on_block(&mut self.wired, block);
             }
             self.inner.poll(&mut self.wired);
+            if self.wired.board.clock_returned() {
+                let end = self.inner.again();
+                self.end(end);
+            }
             if idle {
                 let before = self.wired.board.ticks();
                 self.wired.board.sleep(self.wired.blocks.as_ref());

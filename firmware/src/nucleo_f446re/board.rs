@@ -72,6 +72,10 @@ impl Board<N, SLOT> for Nucleo {
         self.tree.source.clock()
     }
 
+    fn clock_returned(&mut self) -> bool {
+        start::returned(&self.tree)
+    }
+
     fn core_hz(&self) -> u32 {
         self.tree.core_hz
     }

@@ -2,23 +2,29 @@
 //! the synthesiser.
 
 use super::N;
-use super::registers::{dac, dma1, gpiob, put, spi1, tim2, tim3, tim4, wait};
+use super::registers::{dac, dma1, enable, gpiob, put, spi1, tim2, tim3, tim4, wait};
 use super::words::Words;
 use super::words::pins::{CE_HIGH, CE_LOW, LE_HIGH, LE_LOW, SPI_CR1};
+use super::words::pulses::Look;
 use super::words::sampling::{TIMER_CR2_UPDATE, TIMER_SMCR_COUNT_TIM3};
 use super::words::waveform::{
     DAC_CR, DAC_REST, DAC_SR_UNDERRUN, DAC_STREAM, STEPS, SyncInput, SyncOutput,
 };
 use crate::instrument::adf4159::Adf4159;
 use crate::instrument::plan::Plan;
-use core::sync::atomic::{AtomicU16, Ordering};
+use core::sync::atomic::{AtomicU16, AtomicU32, Ordering};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use picket_wire::settings::Drive;
 use static_cell::ConstStaticCell;
+use stm32f4::stm32f446 as pac;
 
-/// TIM2_CR1 where TIM2 gates the sample clock, otherwise 0.
+/// TIM2_CR1 and TIM2_SMCR where TIM2 gates the sample clock, otherwise 0.
 static GATE: AtomicU16 = AtomicU16::new(0);
+static SLAVE: AtomicU16 = AtomicU16::new(0);
+/// Half a sample's period: TIM3's count where the gate opens, and half of [`Period::ticks`](super::words::sampling::Period::ticks).
+static CENTRE: AtomicU16 = AtomicU16::new(0);
+static EARLY: AtomicU32 = AtomicU32::new(0);
 /// TIM2_CCMR2 while the samples run and while they stand, where TIM2 marks the chirps.
 static MARK: AtomicU16 = AtomicU16::new(0);
 static REST: AtomicU16 = AtomicU16::new(0);
@@ -36,6 +42,8 @@ pub fn set_up(plan: &Plan<N>, words: &Words) -> bool {
     let segments = plan.settings.segments();
     if plan.settings.drive == Drive::External {
         let chirp = u64::from(plan.length) * u64::from(segments);
+        CENTRE.store(period.reload.div_ceil(2), Ordering::Relaxed);
+        EARLY.store(period.ticks() / 2, Ordering::Relaxed);
         gate(chirp * u64::from(period.ticks()));
     } else {
         mark(segments, plan.length);
@@ -90,10 +98,51 @@ fn gate(ticks: u64) {
     put!(tim2().arr(), input.reload);
     put!(tim2().ccr1(), input.compare);
     put!(tim2().ccmr1_output(), input.mode);
+    put!(tim2().ccer(), input.enable);
     put!(tim2().cr2(), input.control2);
-    put!(tim2().smcr(), input.slave);
     put!(tim3().smcr(), input.gate);
     GATE.store(input.control as u16, Ordering::Relaxed);
+    SLAVE.store(input.slave as u16, Ordering::Relaxed);
+    enable(pac::Interrupt::TIM2);
+}
+
+/// What the sync input shows since the last call; its flags are cleared.
+pub fn rises() -> Look {
+    let timer = tim2();
+    let flags = timer.sr().read();
+    let early = timer.ccr2().read().bits() < EARLY.load(Ordering::Relaxed);
+    let more = flags.cc2of().bit();
+    let rises = if flags.cc2if().bit() { 1 + u32::from(more) } else { 0 };
+    let closed = flags.uif().bit();
+    // The flags that were seen are cleared by zeros (RM 17.4.5); the others get ones.
+    timer.sr().modify(|_, w| {
+        if closed {
+            w.uif().clear_bit();
+        }
+        if rises > 0 {
+            w.cc2if().clear_bit();
+        }
+        if more {
+            w.cc2of().clear_bit();
+        }
+        w
+    });
+    Look { rises, early, closed }
+}
+
+/// Whether the next rise interrupts. The gate's close does in any case.
+pub fn listen(rises: bool) {
+    tim2().dier().write(|w| w.uie().set_bit().cc2ie().bit(rises));
+}
+
+/// Whether the gate is closed.
+pub fn closed() -> bool {
+    tim2().cr1().read().cen().bit_is_clear()
+}
+
+/// Puts the sample clock in the middle of its period, from where it begins with the next chirp.
+pub fn centre() {
+    put!(tim3().cnt(), CENTRE.load(Ordering::Relaxed));
 }
 
 /// Stops the sample clock, and with it every timer that counts it.
@@ -101,7 +150,11 @@ pub fn stop() {
     for timer in [tim3(), tim4()] {
         put!(timer.cr1(), 0);
     }
-    // A gate that is open counts on, and would let the rest of a chirp through.
+    // A gate that is open counts on, and would let the rest of a chirp through; a pulse would open it.
+    if gated() {
+        put!(tim2().dier(), 0);
+        put!(tim2().smcr(), 0);
+    }
     put!(tim2().cr1(), 0);
     if !gated() {
         put!(tim2().ccmr2_output(), REST.load(Ordering::Relaxed));
@@ -129,13 +182,16 @@ pub fn rewind() {
     // The counters of samples stand just before their overflow, so that their first period begins with the first sample.
     let reload = tim4().arr().read().bits();
     put!(tim4().cnt(), reload);
-    if !gated() {
+    if gated() {
+        centre();
+    } else {
         let reload = tim2().arr().read().bits();
         put!(tim2().cnt(), reload);
     }
 }
 
-fn gated() -> bool {
+/// Whether an external source's pulses open a gate.
+pub fn gated() -> bool {
     GATE.load(Ordering::Relaxed) != 0
 }
 
@@ -174,6 +230,8 @@ pub fn run() {
     if gated() {
         // The next rise of the source opens the gate.
         put!(tim2().cr1(), GATE.load(Ordering::Relaxed));
+        put!(tim2().smcr(), SLAVE.load(Ordering::Relaxed));
+        listen(true);
     }
 }
 

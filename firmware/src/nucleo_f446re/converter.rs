@@ -10,6 +10,7 @@ use super::start::ticks;
 use super::words::Words;
 use super::words::clock::Tree;
 use super::words::passage::{Elapsed, Look, Passage};
+use super::words::pulses::Rises;
 use super::words::sampling::{ADC_SR_OVR, ConverterWords, STREAM_0_FLAGS, STREAM_CT, STREAM_EN};
 use super::{N, SLOT, SLOTS};
 use crate::instrument::plan::Plan;
@@ -32,6 +33,7 @@ pub struct Chain {
     length: u32,
     iq: bool,
     passage: Passage,
+    rises: Rises,
 }
 
 impl Chain {
@@ -42,6 +44,7 @@ impl Chain {
     /// Stops the stream, the sample clock, and every timer that counts it.
     fn stop(&mut self) {
         chirp::stop();
+        self.rises.stop();
         // The converters' requests end with them, so that the next start is like the first.
         put!(adc1().cr2(), 0);
         put!(adc2().cr2(), 0);
@@ -86,8 +89,37 @@ impl Chain {
         put!(adc1().cr2(), cr2);
         // The converters settle in 3 us (DS 6.3.20): 540 cycles at most.
         cortex_m::asm::delay(600);
+        if chirp::gated() {
+            // Rises that came while the samples stood.
+            self.rises.see(chirp::rises());
+            let vain = self.rises.arm();
+            self.passage.miss(vain);
+        }
         chirp::run();
         self.passage.begin(ticks());
+    }
+
+    /// Follows the sync input. Returns whether a chirp lacks samples.
+    fn pulsed(&mut self) -> bool {
+        let look = chirp::rises();
+        let within = self.rises.open() && !look.closed;
+        let vain = self.rises.see(look);
+        self.passage.miss(vain);
+        // One rise in vain interrupts a chirp, no matter how many come: the others are seen at its end.
+        chirp::listen(!within);
+        if !look.closed || self.rises.open() {
+            return false;
+        }
+        // The last result comes within a conversion: 22 us, or half a period if that is less.
+        let whole = || dma2().st(0).ndtr().read().bits() == self.length || !chirp::closed();
+        let short = !(0..1_000).any(|_| whole());
+        if chirp::closed() {
+            chirp::centre();
+        }
+        if short {
+            self.passage.stop();
+        }
+        short
     }
 }
 
@@ -147,6 +179,13 @@ pub extern "C" fn filled() {
     FILLER.interrupt();
 }
 
+/// Handles the interrupt of the sync input. A chirp that lacks samples is a fault of the stream.
+pub extern "C" fn pulsed() {
+    if FILLER.with(|filler| filler.dma().pulsed()) == Some(true) {
+        NVIC::pend(pac::Interrupt::DMA2_STREAM0);
+    }
+}
+
 /// Stops the samples until [`resume`].
 pub fn pause() {
     FILLER.with(|filler| filler.dma().stop());
@@ -185,6 +224,7 @@ pub fn start(plan: &Plan<N>, words: &Words, tree: &Tree) -> Option<Blocks<'stati
         converter: sampling.converter(tree),
         length: plan.length,
         iq: sampling.iq,
+        rises: Rises::default(),
         passage: Passage::new(
             timing.segments.len(),
             // A host that plays the stream plays it at its own pace.

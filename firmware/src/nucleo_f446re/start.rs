@@ -2,7 +2,7 @@
 
 use super::gauge;
 use super::registers::{clear, enable, flash, gpioa, gpiob, iwdg, put, pwr, rcc, set, tim5, wait};
-use super::words::clock::{Source, Speed, Tree};
+use super::words::clock::{HSI_HZ, Source, Speed, Tree};
 use super::words::guard::{self, FEED, START, UNLOCK, WATCHDOG};
 use super::words::pins::{AHB1, APB1, APB2, PORT_A, PORT_B, Port};
 use super::words::quiet::Quiet;
@@ -12,7 +12,7 @@ use super::{
     words::quiet::{ADCDC1, PREFETCH},
 };
 use crate::instrument::fault;
-use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use picket_wire::boot::{Causes, LastEnd};
 use stm32f4::stm32f446 as pac;
 
@@ -43,7 +43,7 @@ fn multiplied(tree: &Tree) -> bool {
     // HSEBYP 18 and HSEON 16: the probe drives the pin; HSERDY 17. HSI is on after reset.
     if tree.source == Source::HsePll {
         set!(rcc.cr(), 1 << 18 | 1 << 16);
-        if !wait(|| rcc.cr().read().bits() & 1 << 17 != 0) || !gauge::crystal() {
+        if !wait(|| rcc.cr().read().bits() & 1 << 17 != 0) || !gauge::crystal(HSI_HZ) {
             return false;
         }
     }
@@ -116,6 +116,26 @@ fn back() {
     clear!(rcc().cr(), (1 << 24 | 1 << 19 | 1 << 18 | 1 << 16));
     clear!(pwr().cr(), (1 << 17 | 1 << 16));
     put!(flash().acr(), Tree::new(Speed::Mhz144, Source::Hsi).flash);
+}
+
+/// Looks, once a second of a board that runs by its internal oscillator, whether the probe's clock is there and right. True at the second
+/// time in a row: a restart would use it.
+pub fn returned(tree: &Tree) -> bool {
+    static LAST: AtomicU32 = AtomicU32::new(0);
+    static SEEN: AtomicBool = AtomicBool::new(false);
+    let now = ticks();
+    if tree.source == Source::HsePll || now.wrapping_sub(LAST.load(Relaxed)) < tree.timer_hz {
+        return false;
+    }
+    LAST.store(now, Relaxed);
+    let cr = rcc().cr();
+    let right = cr.read().hserdy().is_ready() && gauge::crystal(tree.core_hz);
+    if !right {
+        // Asked for anew: a clock that failed does not become ready by itself.
+        cr.modify(|_, w| w.hseon().off());
+        cr.modify(|_, w| w.hsebyp().bypassed().hseon().on());
+    }
+    SEEN.swap(right, Relaxed) && right
 }
 
 /// Starts the peripherals' clocks.

@@ -30,6 +30,7 @@ pub const HANDLERS: [Handler; LINES] = {
     let mut table: [Handler; LINES] = [fault::unexpected; LINES];
     table[pac::Interrupt::DMA2_STREAM0 as usize] = converter::filled;
     table[pac::Interrupt::ADC as usize] = converter::filled;
+    table[pac::Interrupt::TIM2 as usize] = converter::pulsed;
     table[pac::Interrupt::USART2 as usize] = serial::serve;
     table[pac::Interrupt::TIM5 as usize] = start::wake;
     table

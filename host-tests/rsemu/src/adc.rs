@@ -26,7 +26,7 @@ use rsemu::core::wire::{Level, WireId, WireSink, WireSource};
 use rsemu::core::{Registry, Result};
 use rsemu::machine::validate::{ClassSchema, PortDir};
 use rsemu::machine::{Bindings, Instance};
-use std::sync::atomic::Ordering::SeqCst;
+use std::sync::atomic::{AtomicU32, Ordering::SeqCst};
 use std::sync::{Arc, Mutex};
 
 const SR_EOC: u32 = 1 << 1;
@@ -126,6 +126,10 @@ impl State {
         if !unit.on() || cr2 >> 28 & 3 != 1 || cr2 >> 24 & 15 != 8 || unit.words[SR] & SR_OVR != 0 {
             return;
         }
+        if MISSES.load(SeqCst) > 0 {
+            MISSES.fetch_sub(1, SeqCst);
+            return;
+        }
         if unit.ends != NEVER && cr2 & CR2_CONT != 0 {
             // The conversions follow each other by themselves.
             return;
@@ -189,6 +193,13 @@ impl State {
 }
 
 static OURS: Mutex<Option<Arc<Shared>>> = Mutex::new(None);
+/// Triggers that the first converter will not see.
+static MISSES: AtomicU32 = AtomicU32::new(0);
+
+/// Has the first converter miss its next trigger.
+pub fn miss() {
+    MISSES.fetch_add(1, SeqCst);
+}
 
 /// Has the first converter find its last result not fetched.
 pub fn overrun() {

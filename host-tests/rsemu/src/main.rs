@@ -18,6 +18,7 @@
 //! keep 0|1            whether the DAC's codes are kept
 //! transmitter 0|1     whether the serial port sends
 //! overrun             the converter's result was not fetched in time
+//! miss                the converter does not see its next trigger
 //! underrun            the DAC's code was not fetched in time
 //! codes, edges, broken
 //! ```
@@ -264,6 +265,7 @@ impl Board {
             }),
             ["transmitter", on] => rsemu::MUTE.store(on == "0", SeqCst),
             ["overrun"] => adc::overrun(),
+            ["miss"] => adc::miss(),
             ["underrun"] => dac::underrun(),
             ["codes"] => {
                 let codes = bench(|bench| std::mem::take(&mut bench.codes));

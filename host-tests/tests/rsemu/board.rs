@@ -266,8 +266,13 @@ impl Emulated {
 
     /// Sends pulses of 1 ms to the sync input from now on, one every so many us.
     pub fn pulses(&mut self, period: u32) {
+        self.pulses_of(32, 1000, period);
+    }
+
+    /// Sends pulses of `width` to the sync input from now on, one every `period`, both in so many ticks of 31 ns.
+    pub fn pulses_of(&mut self, ticks: u32, width: u32, period: u32) {
         // PSC, ARR, CCR1, CCMR1 PWM 1, CCER, EGR, CR1.
-        let words = [(0x28, 7), (0x2C, period - 1), (0x34, 1000), (0x18, 0x60), (0x20, 1)];
+        let words = [(0x28, ticks - 1), (0x2C, period - 1), (0x34, width), (0x18, 0x60), (0x20, 1)];
         for (at, word) in words.into_iter().chain([(0x14, 1), (0, 1)]) {
             self.write(0x4000_1000 + at, word);
         }

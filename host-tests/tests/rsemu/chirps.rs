@@ -143,6 +143,119 @@ fn an_external_chirp_is_met_anew_after_each_overrun() {
     board.assert_rules();
 }
 
+/// TIM2_ARR.
+const RELOAD: u32 = 0x4000_002C;
+
+/// The gate takes the same samples if it opens or closes some ticks early or late, chirp after chirp: it closes in the middle between two
+/// samples.
+#[test]
+fn a_gate_that_closes_early_or_late_takes_the_same_samples() {
+    let settings =
+        Settings { report_every: 3, ..chirp(500e3, Shape::Trapezoid, 32, Drive::External) };
+    for wrong in [-60, -1, 1, 60] {
+        let (mut board, _) = Emulated::start(&settings);
+        let reload = board.read(RELOAD);
+        assert_eq!(reload, 3 * 1056 * 180);
+        board.write(RELOAD, reload.wrapping_add_signed(wrong));
+        board.order("input 0 pulse 180");
+        board.pulses(7_000);
+        // Without the core's help the clock would be half a sample off after 90 chirps.
+        for _ in 0..sized(3, 150) {
+            board.run(7_000);
+            let (measurement, codes) = board.capture();
+            let first = 32 + 1056 * (measurement.stamp.segment as i64 - 1);
+            for (n, code) in codes.iter().enumerate() {
+                let late = i64::from(*code) - (first + n as i64);
+                assert!((0..=2).contains(&late), "{wrong}, sample {n}: {late}");
+            }
+        }
+        let counters = board.status().counters;
+        assert_eq!((counters.lost(), counters.faults()), (0, 0), "{wrong}");
+        board.assert_rules();
+    }
+}
+
+/// A chirp that lacks a sample is a fault, and the next one is met at its first sample.
+#[test]
+fn a_chirp_without_all_its_samples_is_a_fault() {
+    let settings =
+        Settings { report_every: 30, ..chirp(500e3, Shape::Trapezoid, 32, Drive::External) };
+    let (mut board, _) = Emulated::start(&settings);
+    board.order("input 0 pulse 180");
+    board.pulses(8_000);
+    for round in 1..=sized(3, 30) {
+        board.run(8_000 + 731 * (round % 8));
+        board.order("miss");
+        board.run(16_000);
+        let counters = board.status().counters;
+        assert_eq!((counters.dma_errors, counters.faults()), (round as u32, round as u32));
+        let (measurement, codes) = board.capture();
+        let first = 32 + 1056 * (measurement.stamp.segment as i64 - 1);
+        let late = i64::from(codes[0]) - first;
+        assert!((0..=2).contains(&late), "round {round}: {late}");
+    }
+    board.assert_rules();
+}
+
+/// Rises while a chirp runs open no gate: the blocks of their chirps are lost, and counted before the next chirp's.
+#[test]
+fn pulses_in_vain_are_counted() {
+    let settings =
+        Settings { report_every: 1, ..chirp(500e3, Shape::Trapezoid, 32, Drive::External) };
+    // A chirp lasts 6.336 ms: of so many pulses one opens the gate.
+    for (period, of) in [(7_000, 1), (6_300, 2), (4_000, 2), (2_500, 3)] {
+        let (mut board, _) = Emulated::start(&settings);
+        board.pulses(period);
+        board.run(5_000 * 8 * of);
+        let records = board.telemetry();
+        assert!(records.len() >= 12, "{period}: {}", records.len());
+        for pair in records.windows(2) {
+            let [one, next] = [&pair[0].measurement.stamp, &pair[1].measurement.stamp];
+            let chirp_ends = next.segment == Segment::Up;
+            let step = if chirp_ends { 3 * (of as u32 - 1) + 1 } else { 1 };
+            assert_eq!(next.sequence - one.sequence, step, "{period}: {one:?} {next:?}");
+            assert_eq!(next.gap, step > 1, "{period}");
+        }
+        let counters = board.status().counters;
+        let expected = (of as u32 - 1) * counters.blocks;
+        assert!(counters.missed.abs_diff(expected) <= 6, "{period}: {counters:?}");
+        assert_eq!(counters.faults(), 0, "{period}");
+        board.assert_rules();
+    }
+}
+
+/// A flood of pulses costs a chirp some interrupts, not all of the core.
+#[test]
+fn a_flood_of_pulses_loses_no_block_of_the_chirps_that_are_taken() {
+    let settings =
+        Settings { report_every: 3, ..chirp(500e3, Shape::Trapezoid, 32, Drive::External) };
+    let (mut board, _) = Emulated::start(&settings);
+    // One every 4 us.
+    board.pulses_of(1, 64, 128);
+    board.run(sized(100_000, 1_000_000));
+    let counters = board.status().counters;
+    assert!(counters.blocks > 40, "{counters:?}");
+    assert!(counters.missed >= counters.blocks, "{counters:?}");
+    assert_eq!((counters.overruns, counters.late, counters.faults()), (0, 0, 0), "{counters:?}");
+    board.assert_rules();
+}
+
+/// Pulses of 62 ns at the sync input are none; of 125 ns they are.
+#[test]
+fn a_spike_opens_no_gate() {
+    let settings =
+        Settings { report_every: 1, ..chirp(500e3, Shape::Sawtooth, 32, Drive::External) };
+    for (width, opens) in [(2, false), (4, true)] {
+        let (mut board, _) = Emulated::start(&settings);
+        // One every 4 ms.
+        board.pulses_of(1, width, 128_000);
+        board.run(20_000);
+        let counters = board.status().counters;
+        assert_eq!(counters.blocks > 0, opens, "{width}: {counters:?}");
+        assert_eq!((counters.lost(), counters.faults()), (0, 0), "{width}: {counters:?}");
+    }
+}
+
 /// The sync output rises with the first sample of each chirp, and at no other time.
 #[test]
 fn the_sync_output_has_an_edge_a_chirp() {

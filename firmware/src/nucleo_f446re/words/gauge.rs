@@ -4,10 +4,11 @@
 //! **At the start** the core runs by its internal oscillator, and counts the probe's clock by it. A clock outside of the internal
 //! oscillator's tolerance around 8 MHz is wrong, and is not used: multiplied it would drive the core beyond its limits.
 //!
+//! **By the internal oscillator** the board looks once a second whether the probe's clock is there, in the same way, and starts anew by it.
+//!
 //! **In operation** the probe's clock drives the timers, and counts the watchdog's oscillator ten times a second. If this oscillator once
 //! was within its own tolerance and then seems to be outside, one of the two has changed.
 
-use super::clock::HSI_HZ;
 use super::guard::LSI_HZ;
 
 /// RCC_APB2ENR (RM 6.3.14): TIM11 18.
@@ -36,10 +37,11 @@ pub const START_CAPTURES: u32 = 64;
 /// The slowest and the fastest rate of the internal oscillator, permille, at -40 to 105 degrees (DS table 42).
 const INTERNAL: [u32; 2] = [920, 1_045];
 
-/// Whether [`START_CAPTURES`] of the probe's clock may take this number of ticks of the internal oscillator.
-pub fn probe_fits(ticks: u32) -> bool {
-    const EXACT: u32 = START_CAPTURES * PERIODS * (HSI_HZ / 1_000_000);
-    let [slow, fast] = INTERNAL.map(|permille| EXACT * permille);
+/// Whether [`START_CAPTURES`] of the probe's clock may take this number of ticks of a core that the internal oscillator drives at
+/// `core_hz`.
+pub fn probe_fits(ticks: u32, core_hz: u32) -> bool {
+    let exact = START_CAPTURES * PERIODS * (core_hz / 1_000_000);
+    let [slow, fast] = INTERNAL.map(|permille| exact * permille);
     (slow..=fast).contains(&ticks.saturating_mul(1_000))
 }
 
@@ -62,6 +64,7 @@ pub fn hz(captures: u32, ticks: u32, timer_hz: u32) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::clock::HSI_HZ;
     use super::*;
 
     #[test]
@@ -72,24 +75,29 @@ mod tests {
         assert!(hz(1, 0, 1).is_finite());
     }
 
-    /// The ticks of an oscillator of `internal` times 16 MHz in 512 microseconds of a clock of `probe` times 8 MHz.
-    fn ticks(probe: f64, internal: f64) -> u32 {
-        (512.0 * 16.0 * internal / probe) as u32
+    /// Whether a clock of `probe` times 8 MHz is right by a core at `internal` times 16 and 180 MHz.
+    fn fits(probe: f64, internal: f64) -> bool {
+        let [slow, fast] = [16, 180].map(|mhz| {
+            // 512 microseconds.
+            probe_fits((512.0 * f64::from(mhz) * internal / probe) as u32, 1_000_000 * mhz)
+        });
+        assert_eq!(slow, fast, "{probe} {internal}");
+        slow
     }
 
     #[test]
     fn a_probe_of_8_mhz_is_used_by_any_oscillator_and_no_other_usual_crystal_by_any() {
         for internal in [0.921, 0.96, 0.99, 1.0, 1.01, 1.044] {
-            assert!(probe_fits(ticks(1.0, internal)), "{internal}");
+            assert!(fits(1.0, internal), "{internal}");
             // 4, 6, 10, 12, 16, 25 MHz.
             for mhz in [4.0, 6.0, 10.0, 12.0, 16.0, 25.0] {
-                assert!(!probe_fits(ticks(mhz / 8.0, internal)), "{mhz} {internal}");
+                assert!(!fits(mhz / 8.0, internal), "{mhz} {internal}");
             }
         }
-        assert!(!probe_fits(0) && !probe_fits(u32::MAX));
+        assert!(!probe_fits(0, HSI_HZ) && !probe_fits(u32::MAX, HSI_HZ));
         // By a correct oscillator, 8 MHz may be 4 % slow and 8 % fast.
-        assert!(probe_fits(ticks(0.96, 1.0)) && !probe_fits(ticks(0.95, 1.0)));
-        assert!(probe_fits(ticks(1.08, 1.0)) && !probe_fits(ticks(1.09, 1.0)));
+        assert!(fits(0.96, 1.0) && !fits(0.95, 1.0));
+        assert!(fits(1.08, 1.0) && !fits(1.09, 1.0));
     }
 
     #[test]

@@ -9,6 +9,7 @@ pub mod gauge;
 pub mod guard;
 pub mod passage;
 pub mod pins;
+pub mod pulses;
 pub mod quiet;
 pub mod sampling;
 pub mod serial;

@@ -3,6 +3,7 @@
 
 use super::sampling::{STREAM_0_COMPLETE, STREAM_0_ERRORS};
 use crate::progress::Progress;
+use core::mem::take;
 use picket_dsp::acquire::frontend::Status;
 
 /// One look at the stream and the converters.
@@ -26,8 +27,12 @@ pub struct Look {
 pub struct Passage {
     /// CT at the last look that showed a completed block.
     target: bool,
-    /// Whether a late exchange has stopped the stream.
+    /// Whether a late exchange has stopped the stream, or samples are missing.
     stopped: bool,
+    /// Blocks of pulses in vain that are not yet counted.
+    vain: u32,
+    /// Blocks of a chirp.
+    segments: u32,
     /// Blocks completed or passed.
     progress: Progress,
     /// The ends of blocks.
@@ -37,7 +42,15 @@ pub struct Passage {
 impl Passage {
     /// The passage of a stream that stands still. `segments` is a chirp's number of segments; none is one.
     pub fn new(segments: usize, time: Elapsed) -> Self {
-        Self { target: false, stopped: false, progress: Progress::new(segments), time }
+        let progress = Progress::new(segments);
+        Self {
+            target: false,
+            stopped: false,
+            vain: 0,
+            segments: segments.max(1) as u32,
+            progress,
+            time,
+        }
     }
 
     /// Begins the stream's first block now, in the first slot.
@@ -46,9 +59,14 @@ impl Passage {
         self.time.begin(now);
     }
 
-    /// Notes that a late exchange has stopped the stream.
+    /// Notes that a late exchange has stopped the stream, or that a chirp has not all of its samples: the next look shows a fault.
     pub fn stop(&mut self) {
         self.stopped = true;
+    }
+
+    /// Notes pulses of a chirp's source that opened no gate. Their blocks count as passed before the next chirp.
+    pub fn miss(&mut self, pulses: u32) {
+        self.vain = self.vain.saturating_add(pulses.saturating_mul(self.segments));
     }
 
     /// Whether the second slot was being filled at the last look that showed a completed block.
@@ -70,6 +88,8 @@ impl Passage {
         if completed > 0 {
             self.target = target;
         }
+        let vain = if completed > 0 && self.progress.begins() { take(&mut self.vain) } else { 0 };
+        let completed = completed.saturating_add(vain);
         self.progress.pass(completed);
         Status { completed, dma_error, adc_overrun }
     }
@@ -79,9 +99,10 @@ impl Passage {
         self.time.late(now)
     }
 
-    /// Passes blocks to the first one of a whole chirp, and returns their number.
+    /// Passes blocks to the first one of a whole chirp, those of pulses in vain included, and returns their number.
     pub fn skip(&mut self, blocks: u32) -> u32 {
-        self.progress.skip(blocks)
+        let vain = take(&mut self.vain);
+        self.progress.skip(blocks).saturating_add(self.progress.skip(vain))
     }
 }
 

@@ -137,6 +137,13 @@ impl SyncOutput {
 
 /// TIM2 as the gate of TIM3. A rise on PB3 (Arduino D3) lets exactly the samples of one chirp through, so the samples synchronise anew to
 /// each chirp of an external source.
+///
+/// ```text
+/// gate      ____/                               \____   a whole number of periods
+/// samples        .   |   |   |   |   |   |   |   .      the first and the last half a period from its edges
+/// ```
+///
+/// TIM3 begins in the middle of its period and is left there, so that a gate which opens or closes some cycles late takes the same samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SyncInput {
     /// TIM2_ARR: ticks in a chirp; the gate is open from 1 to this count.
@@ -149,8 +156,13 @@ pub struct SyncInput {
     pub control2: u32,
     /// TIM2_SMCR (RM 17.4.3): TS 6:4 = 6 TI2FP2, SMS 2:0 = 6 its rise starts the counter.
     pub slave: u32,
-    /// TIM2_CCMR1 (RM 17.4.7): OC1M 6:4 = 7 high from the compare value on, CC2S 9:8 = 1 an input.
+    /// TIM2_CCMR1 (RM 17.4.7): OC1M 6:4 = 7 high from the compare value on, CC2S 9:8 = 1 an input, IC2F 15:12 = 3: a rise counts once
+    /// the pin was high for eight ticks, 89 ns.
     pub mode: u32,
+    /// TIM2_CCER (RM 17.4.9): CC2E 4, each rise captures the count.
+    pub enable: u32,
+    /// TIM2_DIER (RM 17.4.4): UIE 0 the gate has closed, CC2IE 2 a rise.
+    pub interrupts: u32,
     /// TIM3_SMCR: TS 6:4 = 1 ITR1, which is TIM2 (table 101); SMS 2:0 = 5 counts while ITR1 is high.
     pub gate: u32,
 }
@@ -167,7 +179,9 @@ impl SyncInput {
             control: 1 << 3,
             control2: 4 << 4,
             slave: 6 << 4 | 6,
-            mode: 7 << 4 | 1 << 8,
+            mode: 7 << 4 | 1 << 8 | 3 << 12,
+            enable: 1 << 4,
+            interrupts: 1 | 1 << 2,
             gate: 1 << 4 | 5,
         })
     }
@@ -242,7 +256,7 @@ mod tests {
         assert_eq!((input.reload, input.compare, input.control), (195_840, 1, 8));
         assert_eq!(
             (input.control2, input.slave, input.mode, input.gate),
-            (0x40, 0x66, 0x170, 0x15)
+            (0x40, 0x66, 0x3170, 0x15)
         );
         assert_eq!(SyncInput::new(0), None);
         assert_eq!(SyncInput::new(1 << 32), None);
