@@ -56,7 +56,6 @@ impl<R: Record, const N: usize> Idle for Gatherer<R, N> {
 
 impl<R: Record, const N: usize> Meter<R, N> for Gatherer<R, N> {
     const SIGNALS: bool = true;
-    const CHIRPS: bool = false;
 
     fn set_plan(&mut self, plan: Plan<R, N>) {
         self.processor.pipeline().set_plan(plan);

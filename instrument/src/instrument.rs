@@ -15,7 +15,6 @@ use heapless::Vec;
 use picket_dsp::acquire::frontend::{Block, Counters};
 use picket_dsp::acquire::sample::{Iq, Real};
 use picket_dsp::burst;
-use picket_dsp::config::Scene;
 use picket_dsp::pipeline::{Measurement, Outcome, Pipeline};
 use picket_dsp::tone::Tone;
 use picket_wire::boot::{Boot, Name, Origin};
@@ -103,11 +102,6 @@ where
     }
     if settings.mode != Mode::Blocks && !can(M::SIGNALS, Q::SIGNALS) {
         return Err(SettingsError::Signals);
-    }
-    if matches!(settings.config.scene, Scene::Chirp(_)) && !can(M::CHIRPS, Q::CHIRPS) {
-        // Not even with another image, if the mode is one of sums or bursts.
-        let blocks = settings.mode == Mode::Blocks;
-        return Err(if blocks { SettingsError::Chirps } else { SettingsError::Mode });
     }
     settings.config.codes = P::CODES;
     port.plan(settings)

@@ -47,8 +47,6 @@ pub trait Meter<R: Record, const N: usize>: Idle {
     const LINES: bool = false;
     /// Whether the meter adds blocks, and cuts bursts out of the stream.
     const SIGNALS: bool = false;
-    /// Whether the meter solves chirps.
-    const CHIRPS: bool = true;
 
     /// Follows another plan from the next block on.
     fn set_plan(&mut self, plan: Plan<R, N>);

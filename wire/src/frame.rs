@@ -156,11 +156,15 @@ impl Reader {
             }
             return None;
         }
-        let frame = core::mem::take(self);
-        frame.begun.then(|| frame.finish())
+        let frame = self.begun.then(|| self.finish());
+        // In place: a flood of zeros would have the core move a whole frame at each.
+        self.stuffing = cobs::Decoder::default();
+        self.plain.clear();
+        (self.begun, self.overlong) = (false, false);
+        frame
     }
 
-    fn finish(self) -> Result<Frame, FrameError> {
+    fn finish(&self) -> Result<Frame, FrameError> {
         if self.overlong {
             return Err(FrameError::TooLong);
         }

@@ -81,8 +81,6 @@ pub enum SettingsError {
     Iq,
     /// The settings ask for sums or bursts, which this board does not have.
     Signals,
-    /// The settings ask for chirps, which this image does not measure.
-    Chirps,
     /// Sums or bursts of a chirp, or beside tracks or further tones; tracks beside further tones; or their numbers are out of range.
     Mode,
 }
@@ -108,7 +106,6 @@ impl SettingsError {
             SettingsError::Iq => [15, 0],
             SettingsError::Signals => [16, 0],
             SettingsError::Mode => [17, 0],
-            SettingsError::Chirps => [18, 0],
         }
     }
 
@@ -160,7 +157,6 @@ impl SettingsError {
             [17, _] => {
                 "mode: sums of 1 to 65536 blocks, bursts from a ratio of 1.05 on, of a tone or a Doppler shift, without follow, most or harmonics; and no follow beside most or harmonics"
             }
-            [18, _] => "this image measures no chirps",
             [13, _] => "the board has no such core_mhz: see its page in docs/, or leave it at 0",
             _ => "the settings do not work",
         }

@@ -112,6 +112,9 @@ fn noise_without_a_pause_costs_neither_a_reset_nor_an_answer() {
         let due = if start { passed as f64 * 1e-6 * rate_hz / N as f64 } else { 0.0 };
         assert!((filled - due).abs() <= 3.0, "{filled} of {due}");
         assert_eq!(counters.faults(), 0, "{after:?}");
+        // At the usual image's fastest rates the loop has little time beside blocks and interrupts.
+        let lost = f64::from(counters.lost() - before.counters.lost());
+        assert!(lost <= 0.2 * due, "{lost} of {due}");
         board.assert_rules();
     }
 }
