@@ -215,6 +215,8 @@ fn supply_and_receiver_are_set() {
     assert_eq!(pico.read(0x4001_40BC).unwrap() & 31, 5);
     let [out, enable] = [0xD000_0010, 0xD000_0020].map(|at| pico.read(at).unwrap() >> 23 & 1);
     assert_eq!([out, enable], [1, 1]);
+    // 2.10.6: VREG_AND_CHIP_RESET's VREG, VSEL 7:4 = 12 for 1.15 V.
+    assert_eq!(pico.read(0x4006_4000).unwrap() >> 4 & 15, 12);
     // 2.19.6.3: PADS_BANK0's GPIO1 with PUE 3 and without PDE 2.
     assert_eq!(pico.read(0x4001_C008).unwrap() >> 2 & 3, 0b10);
 }

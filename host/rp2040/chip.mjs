@@ -35,9 +35,17 @@ export function resets(mcu) {
   block.readUint32 = (offset) => (offset === 8 ? ~block.reset & 0x1ffffff : read(offset));
 }
 
-/** CHIP_RESET, which the emulator does not have: power-on. */
+/** The core's regulator at 1.10 V, and CHIP_RESET: power-on. The emulator has neither. */
 function power(mcu) {
-  mcu.peripherals[0x40064].readUint32 = (offset) => (offset === 8 ? 1 << 8 : 0);
+  const block = mcu.peripherals[0x40064];
+  // EN 0, VSEL 7:4, ROK 12 (DS 2.10.6).
+  let regulator = 0xb1;
+  block.readUint32 = (offset) => [regulator | (1 << 12), 0, 1 << 8][offset >> 2] ?? 0;
+  block.writeUint32 = (offset, value) => {
+    if (offset === 0) regulator = value & 0xf3;
+  };
+  // SYSINFO: a chip B2, which has no RP2040-E5.
+  mcu.peripherals[0x40000].readUint32 = (offset) => (offset === 0 ? 0x20002927 : 0);
 }
 
 /**

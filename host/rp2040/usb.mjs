@@ -2,13 +2,20 @@
 import { corrected } from './correct.mjs';
 
 const { USBCDC } = await corrected();
-const [SIE_STATUS, SUSPENDED, AVAILABLE] = [0x50, 1 << 4, 1 << 10];
+const [SOF_RD, SIE_STATUS, SUSPENDED, AVAILABLE] = [0x48, 0x50, 1 << 4, 1 << 10];
+/** INTR, DEV_SOF: a frame has begun; reading its number clears it. */
+const DEV_SOF = 1 << 17;
+/** A frame lasts so long, ns, and in its last part a packet to the host may hang the controller for ever (RP2040-E15). */
+const [FRAME, CRITICAL] = [1e6, 800e3];
 /** A packet of 64 bytes with what is around it takes so long, ns. */
 const PACKET = 60e3;
 
 export class Host {
   plugged = false;
   reads = true;
+  /** Packets that the device gave within the critical part of a frame, and all. */
+  late = 0;
+  given = 0;
   /** Gets the bytes that the board sends. */
   onData = () => {};
 
@@ -20,6 +27,7 @@ export class Host {
     this.asked = null;
     mend(this.usb);
     this.take();
+    this.frames();
     this.usb.onUSBEnabled = () => this.plugged && this.usb.resetDevice();
     if (this.plugged) this.enumerate();
   }
@@ -91,6 +99,27 @@ export class Host {
     usb.endpointReadDone(cdc.outEndpoint, bytes);
   }
 
+  /** The host begins a frame each millisecond. */
+  frames() {
+    const { usb, clock } = this;
+    const alarm = clock.createAlarm(() => {
+      this.began = clock.nanos;
+      if (this.plugged && usb.mainCtrl & 1) {
+        usb.sofFrameNumber = (usb.sofFrameNumber + 1) & 0x7ff;
+        usb.intRaw |= DEV_SOF;
+        usb.checkInterrupts();
+      }
+      alarm.schedule(FRAME);
+    });
+    this.began = clock.nanos;
+    alarm.schedule(FRAME);
+  }
+
+  /** `late COUNT OF`: packets within the critical part of a frame. */
+  count() {
+    console.log(`late ${this.late} ${this.given}`);
+  }
+
   /** Packets to the host take their time, and a host that reads; the emulator takes each at once. */
   take() {
     const { usb } = this;
@@ -98,6 +127,8 @@ export class Host {
     usb.DPRAMUpdated = (offset, value) => {
       const sends = offset > 0x84 && offset <= 0xfc && !(offset & 4) && value & AVAILABLE;
       if (!sends) return update(offset, value);
+      this.given++;
+      if (this.plugged && this.clock.nanos - this.began > CRITICAL) this.late++;
       const packet = () => {
         // The device has sent nothing if the memory was cleared meanwhile.
         const now = usb.rp2040.usbDPRAMView.getUint32(offset, true);
@@ -114,8 +145,16 @@ export class Host {
   }
 }
 
-/** SUSPENDED is cleared by a one (DS 4.1.4); the emulator keeps it for ever. */
+/** SUSPENDED is cleared by a one (DS 4.1.4); the emulator keeps it for ever. Reading the frame's number clears DEV_SOF. */
 function mend(usb) {
+  const read = usb.readUint32.bind(usb);
+  usb.readUint32 = (offset) => {
+    if (offset === SOF_RD) {
+      usb.intRaw &= ~DEV_SOF;
+      usb.checkInterrupts();
+    }
+    return read(offset);
+  };
   const write = usb.writeUint32.bind(usb);
   usb.writeUint32 = (offset, value) => {
     if (offset === SIE_STATUS && usb.rawWriteValue & SUSPENDED) usb.sieStatus &= ~SUSPENDED;

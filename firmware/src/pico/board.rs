@@ -48,6 +48,7 @@ impl Board<N, SLOT> for Pico {
         fence::raise();
         let mut chip = pac::Peripherals::take()?;
         let resets = &mut chip.RESETS;
+        start::voltage(&mut chip.VREG_AND_CHIP_RESET);
         let sources = (chip.XOSC, chip.PLL_SYS, chip.PLL_USB);
         let clocks = start::clocks(sources, chip.CLOCKS, resets)?;
         Timer::new(chip.TIMER, resets, &clocks);

@@ -1,21 +1,18 @@
-//! UART0: a ring that a DMA channel empties, and a queue that an interrupt fills. The program never waits for the line. A frame without
+//! UART0: a ring that a DMA channel empties; and what came from the hosts, here and at the other port. The program never waits for the line. A frame without
 //! room is dropped whole and counted.
 
+use super::inbox::Inbox;
 use super::registers::{dma, enable, put, uart};
 use super::start::within;
 use super::words::{ERRORS, OUT_BITS, TRANSMIT, TRANSMITTED};
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use cortex_m::interrupt::{Mutex, free};
-use heapless::spsc::{Consumer, Producer, Queue};
-use picket_dsp::acquire::queue::{put as enqueue, take as dequeue};
 use rp2040_hal::pac;
 use static_cell::ConstStaticCell;
 
 /// Room for bytes to the host: 20 records.
 const OUT: usize = 1 << OUT_BITS;
-/// Room for bytes from the host: two of the largest frames.
-const IN: usize = 512;
 
 /// The bytes to the host, aligned to their number: the channel's address wraps there.
 #[repr(C, align(2048))]
@@ -25,16 +22,21 @@ const _: () = assert!(size_of::<Ring>() == align_of::<Ring>());
 /// Bytes written to the ring, and bytes given to the channel; modulo 2^32.
 static WRITTEN: AtomicU32 = AtomicU32::new(0);
 static TOLD: AtomicU32 = AtomicU32::new(0);
-/// Bytes received, and bytes taken from their queue; modulo 2^32.
-static RECEIVED: AtomicU32 = AtomicU32::new(0);
-static TAKEN: AtomicU32 = AtomicU32::new(0);
+/// The ports with hosts: this one, and USB.
+const PORTS: usize = if cfg!(feature = "usb") { 2 } else { 1 };
+const OWN: usize = 0;
+#[cfg(feature = "usb")]
+const USB: usize = 1;
 
-static INTO: Mutex<RefCell<Option<Producer<'static, u8>>>> = Mutex::new(RefCell::new(None));
+static INBOX: Mutex<RefCell<Inbox<PORTS>>> = Mutex::new(RefCell::new(Inbox::new()));
+
+fn inbox<T>(work: impl FnOnce(&mut Inbox<PORTS>) -> T) -> Option<T> {
+    free(|token| INBOX.borrow(token).try_borrow_mut().ok().map(|mut inbox| work(&mut inbox)))
+}
 
 /// The main loop's ends.
 pub struct Serial {
     ring: &'static mut [u8; OUT],
-    into: Consumer<'static, u8>,
     /// Bytes that had left the ring at the last look; modulo 2^32.
     left: u32,
 }
@@ -59,14 +61,7 @@ impl Serial {
     /// Sets up channel and queue of a running port; `None` at the second call.
     pub fn start() -> Option<Self> {
         static RING: ConstStaticCell<Ring> = ConstStaticCell::new(Ring([0; OUT]));
-        static FROM_HOST: ConstStaticCell<Queue<u8, IN>> = ConstStaticCell::new(Queue::new());
         let ring = &mut RING.try_take()?.0;
-        let (line_into, into) = FROM_HOST.try_take()?.split();
-        free(|token| {
-            if let Ok(mut line) = INTO.borrow(token).try_borrow_mut() {
-                *line = Some(line_into);
-            }
-        });
         let channel = dma().ch(TRANSMIT);
         put!(channel.ch_read_addr(), ring.as_ptr().expose_provenance() as u32);
         put!(channel.ch_write_addr(), uart().uartdr().as_ptr() as u32);
@@ -79,7 +74,7 @@ impl Serial {
         put!(uart().uartimsc(), 1 << 6 | 1 << 4);
         enable(pac::Interrupt::DMA_IRQ_1);
         enable(pac::Interrupt::UART0_IRQ);
-        Some(Self { ring, into, left: 0 })
+        Some(Self { ring, left: 0 })
     }
 
     /// Whether there is room for this many bytes.
@@ -107,11 +102,9 @@ impl Serial {
         waiting > 0 && core::mem::replace(&mut self.left, left) == left
     }
 
-    /// The next byte from the host; `None` if none waits.
+    /// The next byte of a whole frame from a host; `None` if none waits.
     pub fn receive(&mut self) -> Option<u8> {
-        let byte = dequeue(&mut self.into)?;
-        add(&TAKEN, 1);
-        Some(byte)
+        inbox(Inbox::take)?
     }
 
     /// Waits, within bounded time, until the line has sent everything. Called before a reset.
@@ -153,35 +146,26 @@ pub extern "C" fn sent() {
     tell();
 }
 
-/// Whether a byte from the host waits. The loop must not sleep then.
+/// Whether a byte from a host can be taken. The loop must not sleep then.
 pub fn waiting() -> bool {
-    RECEIVED.load(Relaxed) != TAKEN.load(Relaxed)
+    inbox(|inbox| inbox.due()) == Some(true)
 }
 
-/// Takes bytes of the host that came by another port.
+/// Takes bytes of the host at USB.
 #[cfg(feature = "usb")]
 pub fn hear(bytes: impl Iterator<Item = u8>) {
-    free(|token| {
-        let Ok(mut into) = INTO.borrow(token).try_borrow_mut() else { return };
-        let Some(into) = into.as_mut() else { return };
-        bytes.filter(|byte| enqueue(into, *byte).is_ok()).for_each(|_| add(&RECEIVED, 1));
-    });
+    inbox(|inbox| bytes.for_each(|byte| inbox.put(USB, byte)));
 }
 
 /// Handles the interrupt of the port: bytes were received.
 pub extern "C" fn received() {
-    free(|token| {
-        let Ok(mut into) = INTO.borrow(token).try_borrow_mut() else { return };
-        let Some(into) = into.as_mut() else { return };
+    inbox(|inbox| {
         // The port's own queue has 32 places. RXFE 4: it is empty.
         for _ in 0..32 {
             if uart().uartfr().read().bits() & 1 << 4 != 0 {
                 break;
             }
-            // A byte without room spoils its frame, which is then refused.
-            if enqueue(into, uart().uartdr().read().bits() as u8).is_ok() {
-                add(&RECEIVED, 1);
-            }
+            inbox.put(OWN, uart().uartdr().read().bits() as u8);
         }
         // Errors, timeout and received bytes: bits 10:6 and 4.
         put!(uart().uarticr(), 0x7D0);

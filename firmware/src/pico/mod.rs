@@ -8,10 +8,11 @@
 //! ```
 //!
 //! Code that runs for every block lies in SRAM (`firmware/pico.x`): read from flash through the chip's cache of 16 KiB it would take longer
-//! than a block. [`words`] and [`waveform`] compute the values of the registers, [`elapsed`] counts blocks, and [`widths`] corrects the
+//! than a block. [`words`] and [`waveform`] compute the values of the registers, [`elapsed`] counts blocks, [`inbox`] keeps the frames of several hosts apart, and [`widths`] corrects the
 //! codes: these modules have tests on the host. The other modules only write registers. Sections named DS are in the RP2040's data sheet.
 
 pub mod elapsed;
+pub mod inbox;
 pub mod waveform;
 pub mod widths;
 pub mod words;

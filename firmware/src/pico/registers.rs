@@ -37,6 +37,7 @@ peripheral! {
     resets: pac::resets::RegisterBlock = pac::RESETS;
     timer: pac::timer::RegisterBlock = pac::TIMER;
     uart: pac::uart0::RegisterBlock = pac::UART0;
+    usb: pac::usbctrl_regs::RegisterBlock = pac::USBCTRL_REGS;
     watchdog: pac::watchdog::RegisterBlock = pac::WATCHDOG;
 }
 

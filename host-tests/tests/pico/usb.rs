@@ -60,6 +60,38 @@ fn usb_says_what_the_wire_says_and_takes_commands() {
     assert!(figures.load() < 0.80 && figures.level <= 2, "{figures:?}");
 }
 
+/// No packet is given to the controller in the last fifth of a frame, in which a corrupted one may hang it for ever (RP2040-E15).
+#[test]
+fn no_packet_is_given_at_the_end_of_a_frame() {
+    let (mut pico, _) = connected(60, 34);
+    pico.run(30_000 + 2_048 * sized(60, 2_000)).unwrap();
+    let lines = pico.order("usb count").unwrap();
+    let counts: Vec<u64> =
+        lines[0].split_whitespace().filter_map(|word| word.parse().ok()).collect();
+    println!("{} packets of {} within the last fifth of a frame", counts[0], counts[1]);
+    assert!(counts[1] > 100 && counts[0] == 0, "{lines:?}");
+}
+
+/// Commands of two programs, one at each port, whose bytes come mixed: each frame stays whole.
+#[test]
+fn two_hosts_do_not_mix_their_frames() {
+    let (mut pico, _) = connected(60, 35);
+    pico.run(30_000).unwrap();
+    let hex = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>();
+    let refused = status(&mut pico).refused;
+    let identify = |tag| Request { tag, command: Command::Identify }.to_frame().to_vec();
+    for round in 0..sized(20, 300) as u8 {
+        let (one, other) = (identify(2 * (round % 100)), identify(2 * (round % 100) + 1));
+        for (a, b) in one.iter().zip(&other) {
+            pico.hear(&[*a]).unwrap();
+            pico.order(&format!("usb hear {}", hex(&[*b]))).unwrap();
+            pico.run(40).unwrap();
+        }
+    }
+    pico.run(20_000).unwrap();
+    assert_eq!(status(&mut pico).refused, refused);
+}
+
 /// A program that has the port open and does not read: what finds no room is dropped whole and counted.
 #[test]
 fn records_that_nobody_reads_are_dropped_and_counted() {
