@@ -1,7 +1,7 @@
 //! The command line of `picket`: the commands, and the parsing of options. An error is one line.
 
 use crate::{
-    analyze, c, calibrate, demo, design, explain, flash, python, recipe, shell, watch, web,
+    analyze, c, calibrate, demo, design, doctor, explain, flash, python, recipe, shell, watch, web,
 };
 use clap::{Parser, Subcommand};
 use std::fmt::Display;
@@ -26,6 +26,7 @@ enum Command {
     Design(design::Options),
     Simulate(recipe::Options),
     Flash(flash::Options),
+    Doctor(doctor::Options),
     Watch(watch::Options),
     Calibrate(calibrate::Options),
     Web(web::Options),
@@ -44,6 +45,7 @@ impl Command {
             Command::Design(options) => design::run(options)?,
             Command::Simulate(options) => recipe::run(options)?,
             Command::Flash(options) => flash::run(options).map_err(told)?,
+            Command::Doctor(options) => doctor::run(options).map_err(told)?,
             Command::Watch(options) => watch::run(options)?,
             Command::Calibrate(options) => calibrate::run(options)?,
             Command::Web(options) => web::run(options).map_err(told)?,

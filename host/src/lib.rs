@@ -11,6 +11,7 @@ pub mod console;
 pub mod demo;
 pub mod design;
 pub mod device;
+pub mod doctor;
 pub mod emulator;
 pub mod flash;
 pub mod pico;

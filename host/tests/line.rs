@@ -1,4 +1,5 @@
-//! `picket watch` and the NUCLEO's real image, which runs on rsemu's model of the chip, with a pseudo terminal between them.
+//! `picket watch`, `flash --listen` and `doctor` with the boards' real images, which run on emulators of their chips, and a pseudo terminal
+//! between them.
 
 #[path = "../../host-tests/tests/rsemu/board.rs"]
 #[allow(dead_code)]
@@ -7,6 +8,8 @@ mod board;
 mod source;
 
 use board::Emulated;
+use picket_dsp::config::Config;
+use picket_host::pico::{self, bench::Pico};
 use picket_wire::settings::Settings;
 use serialport::{SerialPort, TTYPort};
 use std::fs;
@@ -20,8 +23,41 @@ fn watch(board: &mut Emulated, port: &mut TTYPort, name: &str, arguments: &[&str
     picket(board, port, &[&["watch", name], arguments].concat(), 60)
 }
 
+/// An emulated board.
+trait Board {
+    /// Takes bytes of the host.
+    fn hear(&mut self, bytes: &[u8]);
+
+    /// Lets time pass, us, and gives the bytes that the board sent meanwhile.
+    fn passes(&mut self, microseconds: u64) -> Vec<u8>;
+}
+
+impl Board for Emulated {
+    fn hear(&mut self, bytes: &[u8]) {
+        Emulated::hear(self, bytes);
+    }
+
+    fn passes(&mut self, microseconds: u64) -> Vec<u8> {
+        self.sent.clear();
+        self.run(microseconds);
+        std::mem::take(&mut self.sent)
+    }
+}
+
+impl Board for Pico {
+    fn hear(&mut self, bytes: &[u8]) {
+        Pico::hear(self, bytes).unwrap();
+    }
+
+    fn passes(&mut self, microseconds: u64) -> Vec<u8> {
+        self.sent.clear();
+        self.run(microseconds).unwrap();
+        std::mem::take(&mut self.sent)
+    }
+}
+
 /// Runs `picket` until it ends. The board's time passes from its first byte on, at most as fast as the host's.
-fn picket(board: &mut Emulated, port: &mut TTYPort, arguments: &[&str], limit_s: u64) -> Output {
+fn picket(board: &mut impl Board, port: &mut TTYPort, arguments: &[&str], limit_s: u64) -> Output {
     let mut child = Command::new(env!("CARGO_BIN_EXE_picket"))
         .args(arguments)
         .stdin(Stdio::null())
@@ -41,12 +77,9 @@ fn picket(board: &mut Emulated, port: &mut TTYPort, arguments: &[&str], limit_s:
         if !heard {
             continue;
         }
-        let sent = board.sent.len();
-        board.run(2_000);
-        let said = board.sent[sent..].to_vec();
+        let said = board.passes(2_000);
         // Nobody reads any more when it ends.
         let _ = port.write_all(&said);
-        board.sent.clear();
     }
     child.wait_with_output().unwrap()
 }
@@ -141,4 +174,69 @@ fn the_self_test_prints_its_list() {
     assert_eq!(board.resets.iter().filter(|(_, cause)| cause == "watchdog").count(), 1);
     assert_eq!(board.sectors().settings().map(|settings| settings.report_every), Some(7));
     board.assert_rules();
+}
+
+/// Runs the checks on a board, and gives those that do not hold and the report.
+fn doctor(board: &mut impl Board, name: &str) -> (Vec<String>, serde_json::Value) {
+    let (mut ours, theirs) = TTYPort::pair().unwrap();
+    ours.set_timeout(Duration::from_millis(1)).unwrap();
+    let report = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("doctor-{name}.json"));
+    let port = theirs.name().unwrap();
+    let file = report.to_str().unwrap();
+    let arguments = ["doctor", &port, "--emulated", "--seconds", "2", "--report", file, "--force"];
+    let output = picket(board, &mut ours, &arguments, 240);
+    let [out, err] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+    println!("{out}{err}");
+    let json = fs::read_to_string(&report).unwrap_or_else(|error| panic!("{error}: {out}{err}"));
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let checks = json["checks"].as_array().unwrap();
+    assert_eq!(checks.len(), 10);
+    let failed = checks.iter().filter(|check| check["holds"] == false);
+    let failed: Vec<String> =
+        failed.map(|check| check["name"].as_str().unwrap().to_owned()).collect();
+    assert_eq!(output.status.code(), Some(i32::from(!failed.is_empty())), "{out}{err}");
+    let list = fs::read_to_string(report.with_extension("txt")).unwrap();
+    assert!(out.lines().all(|line| list.contains(line)), "{list}");
+    (failed, json)
+}
+
+/// Codes of a sine at 100 bins of 1024.
+fn sine() -> Vec<u16> {
+    let code = |n: usize| {
+        let turns = (100 * n % 1024) as f64 / 1024.0;
+        (2048.5 + 900.0 * (std::f64::consts::TAU * turns).sin()) as u16
+    };
+    (0..1024).map(code).collect()
+}
+
+#[test]
+fn a_sound_nucleo_passes_its_ten_checks_and_a_bad_one_says_why() {
+    let config = Config { rate_hz: 50e3, ..Settings::default().config };
+    let settings = Settings { config, ..Settings::default() };
+    let (mut board, _) = Emulated::start(&settings);
+    let codes: Vec<u8> = sine().into_iter().flat_map(u16::to_le_bytes).collect();
+    board.order(&format!("input 0 table {}", board::file(&codes).display()));
+    let (failed, report) = doctor(&mut board, "nucleo");
+    assert!(failed.is_empty(), "{failed:?}");
+    assert_eq!(report["boot"]["board"], "nucleo-f446re");
+    assert_eq!(report["block"].as_array().unwrap().len(), 1024);
+    assert!((report["settings"]["rate_hz"].as_f64().unwrap() - 50e3).abs() < 1.0);
+    // The crystal fails, and nothing drives the input.
+    board.order("input 0 none");
+    board.order("hse 0");
+    board.boot();
+    let (failed, _) = doctor(&mut board, "nucleo-bad");
+    assert_eq!(failed, ["start", "clock", "input"]);
+}
+
+#[test]
+fn a_sound_pico_passes_its_ten_checks() {
+    let image = pico::usb_image().unwrap_or_else(|error| panic!("{error}"));
+    let mut pico = Pico::plug(&pico::binary(&image).unwrap()).unwrap();
+    let samples: Vec<i16> = sine().into_iter().map(|code| code as i16).collect();
+    pico.samples(&samples).unwrap();
+    pico.power().unwrap();
+    let (failed, report) = doctor(&mut pico, "pico");
+    assert!(failed.is_empty(), "{failed:?}");
+    assert_eq!(report["boot"]["board"], "pico");
 }

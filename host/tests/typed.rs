@@ -14,12 +14,13 @@ use std::process::{Command, Output};
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
 /// Beginnings of commands that cannot run here, and why.
-const LEFT_OUT: [(&str, &str); 15] = [
+const LEFT_OUT: [(&str, &str); 16] = [
     ("cargo lab", "it is the developers' program; lab/tests runs its commands"),
     (
         "cargo picket flash --dry-run",
         "tests/device.rs builds the image; host-tests compares its sizes",
     ),
+    ("cargo picket doctor /dev/", "there is no board; tests/line.rs asks emulated ones"),
     ("cargo picket watch /dev/", "there is no board; tests/device.rs plays one"),
     ("cargo picket calibrate /dev/", "there is no board; tests/calibrate.rs plays one"),
     ("cargo picket flash", "it would write to a board"),

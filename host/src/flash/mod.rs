@@ -1,9 +1,13 @@
 //! `picket flash`: the image on its way to the board; here the NUCLEO's.
 
+pub mod drive;
+mod pack;
+
 use crate::board;
 use crate::cli::print_line;
 use crate::emulator::{Footprint, RunError};
 use crate::end;
+use crate::output::Output;
 use crate::pico;
 use crate::rates;
 use crate::toolchain::{Need, Target, ToolError, firmware_dir, have, io_error, on_path};
@@ -44,12 +48,14 @@ pub struct Options {
     /// With --listen: watches each rate for a moment instead of ten seconds
     #[arg(long, requires = "listen")]
     quick: bool,
-    /// With --board pico: the image that has a serial port over USB, too. It is outside the proof that no panic is reachable
-    #[arg(long, conflicts_with_all = ["self_test", "brown_out"])]
-    usb: bool,
     /// Stops before the board
     #[arg(long)]
     dry_run: bool,
+    /// Builds every image of both boards into a folder, with a page on how to flash them without this tool
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["board", "self_test", "brown_out", "dry_run"])]
+    pack: Option<PathBuf>,
+    #[command(flatten)]
+    output: Output,
 }
 
 /// The images for the board.
@@ -65,11 +71,13 @@ pub enum Kind {
 
 /// Builds the image, shows its size and writes it.
 pub fn run(options: &Options) -> Result<ExitCode, FlashError> {
+    if let Some(folder) = &options.pack {
+        have(&[Need::Core(Target::M4f), Need::Core(Target::M0)])?;
+        outln!("{}", pack::pack(folder, options.output)?.trim_end());
+        return Ok(ExitCode::SUCCESS);
+    }
     if options.board == Board::Pico {
         return to_pico(options);
-    }
-    if options.usb {
-        return Err(FlashError::NoSuchImage);
     }
     let kind = match options {
         Options { self_test: true, .. } => Kind::SelfTest,
@@ -87,7 +95,9 @@ pub fn run(options: &Options) -> Result<ExitCode, FlashError> {
         rates::nucleo().iter().for_each(|rates| outln!("{rates}"));
     }
     if !options.dry_run {
-        write(&image)?;
+        if let Some(drive) = write(&image)? {
+            outln!("copied to {}", drive.display());
+        }
         match kind {
             Kind::SelfTest => {
                 outln!("written: wire A2 to A0, then picket flash --self-test --listen PORT")
@@ -108,7 +118,7 @@ fn to_pico(options: &Options) -> Result<ExitCode, FlashError> {
         return Err(FlashError::NoSuchImage);
     }
     have(&[Need::Core(Target::M0)])?;
-    let image = pico::flash::build(options.usb)?;
+    let image = pico::flash::build()?;
     outln!("{image}");
     rates::pico().iter().for_each(|rates| outln!("{rates}"));
     if !options.dry_run {
@@ -133,13 +143,17 @@ const START: u32 = 0x0800_0000;
 pub enum FlashError {
     /// It was not built, or its files cannot be read or written.
     Image(RunError),
-    /// probe-rs is missing.
+    /// probe-rs is missing, and no drive of a NUCLEO is mounted.
     Missing(PathBuf),
     /// probe-rs found no board, or failed.
     Probe(String),
     /// No drive of a Pico is mounted.
     NoDrive(PathBuf),
-    /// The Pico has neither a self-test nor a brown-out level to set, the NUCLEO no USB.
+    /// The NUCLEO's drive took the file and says what failed.
+    Drive(String),
+    /// The folder of all images.
+    Folder(String),
+    /// The Pico has neither a self-test nor a brown-out level to set.
     NoSuchImage,
     /// The board's port.
     Port(WatchError),
@@ -153,9 +167,13 @@ impl fmt::Display for FlashError {
             FlashError::Image(error) => error.fmt(f),
             FlashError::Missing(binary) => write!(
                 f,
-                "probe-rs is missing: type `cargo install probe-rs-tools --locked`, or copy {} to the drive that the board shows",
+                "neither probe-rs nor the board's drive is there: plug the board in and mount its drive NODE_F446RE, then try again or copy {} to it; or type `cargo install probe-rs-tools --locked`",
                 binary.display()
             ),
+            FlashError::Drive(said) => {
+                write!(f, "the board's programmer: {said}: press the board's black button and try again, or update the programmer by ST's STSW-LINK007")
+            }
+            FlashError::Folder(said) => f.write_str(said),
             FlashError::NoDrive(file) => write!(
                 f,
                 "no drive RPI-RP2 is mounted: hold BOOTSEL while you plug the Pico in, then try again or copy {} to its drive",
@@ -164,7 +182,7 @@ impl fmt::Display for FlashError {
             FlashError::NoSuchImage => {
                 write!(
                     f,
-                    "this board has no such image: --usb is the Pico's, --brown-out and --self-test are the NUCLEO's"
+                    "this board has no such image: --brown-out and --self-test are the NUCLEO's"
                 )
             }
             FlashError::Port(error) => error.fmt(f),
@@ -296,10 +314,13 @@ fn parts(elf: &Path, start: u32) -> Result<Vec<(usize, Vec<u8>)>, RunError> {
     Ok(parts)
 }
 
-/// Writes the image by probe-rs and starts it.
-pub fn write(image: &Image) -> Result<(), FlashError> {
+/// Writes the image by probe-rs and starts it; without probe-rs by the board's drive, which it returns.
+pub fn write(image: &Image) -> Result<Option<PathBuf>, FlashError> {
     let Some(probe) = on_path("probe-rs") else {
-        return Err(FlashError::Missing(image.binary.clone()));
+        let drive = drive::find(Board::Nucleo);
+        let drive = drive.ok_or_else(|| FlashError::Missing(image.binary.clone()))?;
+        drive::copy(Board::Nucleo, &image.binary, &drive)?;
+        return Ok(Some(drive));
     };
     for arguments in [&["download", "--verify"][..], &["reset"]] {
         let mut command = Command::new(&probe);
@@ -314,7 +335,7 @@ pub fn write(image: &Image) -> Result<(), FlashError> {
             return Err(FlashError::Probe(format!("probe-rs: {}", line.trim())));
         }
     }
-    Ok(())
+    Ok(None)
 }
 
 /// The longest silence of a self-test, which starves its watchdog: eight seconds, and a rate's ten.
@@ -414,7 +435,7 @@ mod tests {
     fn what_is_missing_is_told_in_a_line_that_says_what_to_do() {
         let missing = FlashError::Missing("picket.bin".into()).to_string();
         assert!(missing.contains("type `cargo install probe-rs-tools --locked`"), "{missing}");
-        assert!(missing.contains("copy picket.bin"), "{missing}");
+        assert!(missing.contains("copy picket.bin") && missing.contains("drive"), "{missing}");
         let silent = FlashError::Silent.to_string();
         assert!(silent.contains("--self-test") && !silent.contains('\n'));
         let absent = FlashError::Probe("probe-rs: no probe was found".into()).to_string();

@@ -1,8 +1,8 @@
 //! The Pico's image on its way to the board: a file that its drive takes.
 
-use super::{FLASH, binary, image, usb_image};
+use super::{FLASH, binary, usb_image};
 use crate::emulator::{Footprint, RunError};
-use crate::flash::{FlashError, Image};
+use crate::flash::{Board, FlashError, Image, drive};
 use crate::toolchain::{firmware_dir, io_error};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use object::{Object, ObjectSection};
@@ -21,12 +21,11 @@ pub fn footprint(elf: &Path) -> Result<Footprint, RunError> {
     Ok(footprint)
 }
 
-/// Builds the image, with a serial port over USB or without, and the file for its drive.
-pub fn build(usb: bool) -> Result<Image, FlashError> {
-    let elf = if usb { usb_image()? } else { image()? };
+/// Builds the image, and the file for its drive.
+pub fn build() -> Result<Image, FlashError> {
+    let elf = usb_image()?;
     let bytes = binary(&elf)?;
-    let name = if usb { "picket-pico-usb.uf2" } else { "picket-pico.uf2" };
-    let path = firmware_dir().join(name);
+    let path = firmware_dir().join("picket-pico.uf2");
     std::fs::write(&path, uf2(&bytes)).map_err(io_error(path.display()))?;
     let program = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&bytes);
     Ok(Image { footprint: footprint(&elf)?, budget: BUDGET, program, elf, binary: path })
@@ -54,37 +53,12 @@ pub fn uf2(binary: &[u8]) -> Vec<u8> {
     blocks
 }
 
-/// Where systems mount drives: the folder of all, or those of each user.
-const MOUNTS: [&str; 4] = ["/media", "/run/media", "/Volumes", "/mnt"];
-
-/// The drive of a board that waits for a program, if one is mounted.
-pub fn drive() -> Option<PathBuf> {
-    MOUNTS.iter().find_map(|folder| drive_in(Path::new(folder), 2))
-}
-
-/// The drive within a folder, up to `levels` levels deep.
-fn drive_in(folder: &Path, levels: u32) -> Option<PathBuf> {
-    let entries = std::fs::read_dir(folder).ok()?.flatten();
-    entries.map(|entry| entry.path()).find_map(|path| {
-        let about = std::fs::read_to_string(path.join("INFO_UF2.TXT")).unwrap_or_default();
-        if about.contains("RPI-RP2") {
-            return Some(path);
-        }
-        if levels > 1 { drive_in(&path, levels - 1) } else { None }
-    })
-}
-
 /// Copies the file to the board's drive; gives the drive.
 pub fn write(image: &Image) -> Result<PathBuf, FlashError> {
-    let Some(drive) = drive() else { return Err(FlashError::NoDrive(image.binary.clone())) };
-    copy(&image.binary, &drive)?;
+    let drive = drive::find(Board::Pico);
+    let drive = drive.ok_or_else(|| FlashError::NoDrive(image.binary.clone()))?;
+    drive::copy(Board::Pico, &image.binary, &drive)?;
     Ok(drive)
-}
-
-fn copy(file: &Path, drive: &Path) -> Result<(), FlashError> {
-    let to = drive.join("picket-pico.uf2");
-    std::fs::copy(file, &to).map_err(io_error(to.display()))?;
-    Ok(())
 }
 
 #[cfg(test)]
@@ -111,22 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn the_boards_drive_is_found_among_others() {
-        let folder = tempfile::tempdir().unwrap();
-        let user = folder.path().join("user");
-        for (name, about) in
-            [("STICK", "a stick"), ("RPI-RP2", "UF2 Bootloader v3.0\nBoard-ID: RPI-RP2\n")]
-        {
-            std::fs::create_dir_all(user.join(name)).unwrap();
-            std::fs::write(user.join(name).join("INFO_UF2.TXT"), about).unwrap();
-        }
-        let drive = drive_in(folder.path(), 2).unwrap();
-        assert_eq!(drive, user.join("RPI-RP2"));
-        assert_eq!(drive_in(folder.path(), 1), None);
-        let file = folder.path().join("image");
-        std::fs::write(&file, b"blocks").unwrap();
-        copy(&file, &drive).unwrap();
-        assert_eq!(std::fs::read(drive.join("picket-pico.uf2")).unwrap(), b"blocks");
+    fn a_drive_that_is_missing_is_told() {
         let missing = FlashError::NoDrive("picket.uf2".into()).to_string();
         assert!(missing.contains("BOOTSEL") && !missing.contains('\n'), "{missing}");
     }

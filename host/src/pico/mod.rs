@@ -15,12 +15,12 @@ pub const IMAGE: &str = "frontend_pico";
 /// Where its flash is read.
 pub const FLASH: u32 = 0x1000_0000;
 
-/// The image for the board; the emulated one runs the same.
+/// The image without USB, which the linker proves free of reachable panics; else it is the board's.
 pub fn image() -> Result<PathBuf, ToolError> {
     of_feature("pico")
 }
 
-/// The image that has a serial port over USB, too.
+/// The board's image, with a serial port at its pins and one over USB.
 pub fn usb_image() -> Result<PathBuf, ToolError> {
     of_feature("usb")
 }

@@ -13,9 +13,11 @@ pub const UDEV: &str = "\
 # The NUCLEO's programmer and serial port, for whoever sits at the machine and for the group dialout:
 #   picket watch --install-udev | sudo tee /etc/udev/rules.d/70-picket.rules
 #   sudo udevadm control --reload && sudo udevadm trigger
-SUBSYSTEM==\"tty\", ATTRS{idVendor}==\"0483\", MODE=\"0660\", GROUP=\"dialout\", TAG+=\"uaccess\"
-SUBSYSTEM==\"usb\", ATTRS{idVendor}==\"0483\", MODE=\"0660\", GROUP=\"dialout\", TAG+=\"uaccess\"
-SUBSYSTEM==\"tty\", ATTRS{product}==\"Picket on a Pico\", MODE=\"0660\", GROUP=\"dialout\", TAG+=\"uaccess\"
+# ModemManager leaves them alone.
+SUBSYSTEM==\"tty\", ATTRS{idVendor}==\"0483\", MODE=\"0660\", GROUP=\"dialout\", TAG+=\"uaccess\", ENV{ID_MM_DEVICE_IGNORE}=\"1\"
+SUBSYSTEM==\"usb\", ATTRS{idVendor}==\"0483\", MODE=\"0660\", GROUP=\"dialout\", TAG+=\"uaccess\", ENV{ID_MM_DEVICE_IGNORE}=\"1\"
+SUBSYSTEM==\"tty\", ATTRS{product}==\"Picket on a Pico\", MODE=\"0660\", GROUP=\"dialout\", TAG+=\"uaccess\", ENV{ID_MM_DEVICE_IGNORE}=\"1\"
+SUBSYSTEM==\"usb\", ATTR{product}==\"Picket on a Pico\", ENV{ID_MM_DEVICE_IGNORE}=\"1\"
 ";
 
 /// A line for each port of this machine, the board's first, and the name of the first.

@@ -1,0 +1,81 @@
+//! `picket doctor`: the first power-up, in ten checks. It asks the board what it is and how it does, and changes nothing on it.
+
+mod checks;
+mod facts;
+mod report;
+
+use crate::cli::print_line;
+use crate::output::Output;
+use crate::watch::port::Source;
+use crate::watch::{WatchError, ports};
+use checks::Check;
+use clap::Args;
+use facts::Facts;
+use std::fmt;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Goes through a board's first power-up: ten checks, each with its cause if it does not hold, and a report to send.
+#[derive(Args, Debug)]
+pub struct Options {
+    /// The board's serial port; without it the ports are listed
+    port: Option<String>,
+    /// The report as JSON; the list goes beside it, as text
+    #[arg(long, value_name = "FILE", default_value = "picket-doctor.json")]
+    report: PathBuf,
+    /// Seconds of the board in which it is watched
+    #[arg(long, value_name = "SECONDS", default_value_t = 4, value_parser = clap::value_parser!(u32).range(2..=600))]
+    seconds: u32,
+    /// The board is emulated: its seconds are not this computer's
+    #[arg(long, hide = true)]
+    emulated: bool,
+    #[command(flatten)]
+    output: Output,
+}
+
+/// Why there is no list.
+#[derive(Debug)]
+pub enum DoctorError {
+    /// No port is named.
+    Port(WatchError),
+    /// The report cannot be written.
+    Report(String),
+}
+
+impl fmt::Display for DoctorError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            DoctorError::Port(error) => error.fmt(f),
+            DoctorError::Report(said) => f.write_str(said),
+        }
+    }
+}
+
+/// Runs the checks. The exit code is 1 if one does not hold.
+pub fn run(options: &Options) -> Result<ExitCode, DoctorError> {
+    let Some(port) = &options.port else {
+        let (lines, first) = ports::list();
+        lines.iter().for_each(|line| eprintln!("{line}"));
+        return Err(DoctorError::Port(WatchError::Nameless(first)));
+    };
+    let list = options.report.with_extension("txt");
+    for file in [&options.report, &list] {
+        options.output.check(file, &[]).map_err(DoctorError::Report)?;
+    }
+    let facts = match Source::open(Some(port), None) {
+        Ok(mut source) => Facts::gather(&mut source, options.seconds, options.emulated),
+        Err(error) => Facts { failure: Some(error.to_string()), ..Facts::default() },
+    };
+    let checks = checks::all(&facts, options.emulated);
+    let lines: Vec<String> = checks.iter().flat_map(Check::lines).collect();
+    lines.iter().for_each(|line| print_line(line));
+    let held = checks.iter().filter(|check| check.held()).count();
+    let result = format!("result: {held} of {} hold", checks.len());
+    print_line(&result);
+    let json = report::json(port, &facts, &checks);
+    options.output.write(&options.report, json.as_bytes()).map_err(DoctorError::Report)?;
+    let text = report::text(&facts, &lines, &result);
+    options.output.write(&list, text.as_bytes()).map_err(DoctorError::Report)?;
+    eprintln!("{} and {} are the report", options.report.display(), list.display());
+    Ok(if held == checks.len() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
