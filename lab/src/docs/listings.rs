@@ -8,6 +8,7 @@ const PAGE: &str = "docs/own-board.md";
 const PORTING: &str = "docs/porting.md";
 
 pub(super) const TABLES: &[Table] = &[
+    Table::new("README.md", "chips", chips),
     Table::new(PAGE, "chips", chips),
     Table::new(PAGE, "sizes", sizes),
     Table::new(PAGE, "stm32f4", program),
