@@ -1,4 +1,4 @@
-//! The requirements of the instrument on a board. `docs/porting.md` shows a board with only a timer and a serial port.
+//! The requirements of the instrument on a board. `docs/own-board.md` describes a board with only a timer and a serial port.
 
 use crate::instrument::plan::Plan;
 use crate::instrument::storage::Storage;

@@ -13,7 +13,7 @@
 //! mps2/           emulated boards that play a capture, for images of their own
 //! ```
 //!
-//! A new board is a type that implements [`board::Board`], of at most 150 lines: `docs/porting.md` shows one. The feature `instrument`
+//! A new board is a type that implements [`board::Board`], of at most 150 lines: `docs/own-board.md` shows one. The feature `instrument`
 //! gives its crate the loop, without the boards of this crate. An image links only if no panic is reachable.
 #![no_std]
 #![cfg_attr(

@@ -18,7 +18,7 @@ pub(super) const TABLES: &[Table] = &[
     Table::new("docs/precision.md", "seeds", seeds),
     Table::new("docs/precision.md", "recordings", of_recordings),
     Table::new("docs/precision.md", "locked", locked),
-    Table::new("docs/rates.md", "sensors", sensors),
+    Table::new("docs/concepts.md", "sensors", sensors),
     Table::new("docs/c.md", "memory", memory),
 ];
 

@@ -1,68 +1,38 @@
-//! Programs of `dependents/` as they are, and what their images take.
+//! What the images of `dependents/` take, and which chips the library fits.
 
 use super::Table;
 use super::figures::{Budget, head, measured, row, whole};
-use crate::toolchain::dependents;
 
 const PAGE: &str = "docs/own-board.md";
-const PORTING: &str = "docs/porting.md";
 
 pub(super) const TABLES: &[Table] = &[
     Table::new("README.md", "chips", chips),
     Table::new(PAGE, "chips", chips),
     Table::new(PAGE, "sizes", sizes),
-    Table::new(PAGE, "stm32f4", program),
-    Table::new(PAGE, "rp2040", program),
-    Table::new(PAGE, "rp2350", program),
-    Table::new(PAGE, "embassy-stm32", program),
-    Table::new(PAGE, "embassy-stm32g4", program),
-    Table::new(PAGE, "embassy-stm32-instrument", program),
-    Table::new(PAGE, "embassy-rp", program),
-    Table::new(PAGE, "embassy-rp-instrument", program),
-    Table::new(PAGE, "nrf52840", program),
-    Table::new(PAGE, "esp32c3", program),
-    Table::new(PORTING, "size", size),
-    Table::new(PORTING, "skeleton", program),
+    Table::new(PAGE, "size", size),
 ];
-
-/// The program of the package that has the table's name.
-fn program(table: &Table) -> Result<Vec<String>, String> {
-    let path = dependents().join(table.name).join("src/main.rs");
-    let text =
-        std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-    let lines = text.lines().map(str::to_owned);
-    Ok(["```rust".to_owned()].into_iter().chain(lines).chain(["```".to_owned()]).collect())
-}
 
 fn bytes(package: &str) -> Result<[String; 2], String> {
     Ok(measured(&format!("{package}, bytes of flash and RAM"))?.map(whole))
 }
 
 fn sizes(_: &Table) -> Result<Vec<String>, String> {
-    let mut lines = head("| image, at opt-level `s` | flash, B | RAM without the stack, B |");
-    for (name, package) in [
-        ("[STM32 by registers](#stm32-by-registers)", "stm32f4"),
-        ("[RP2040 by rp2040-hal](#rp2040-by-rp2040-hal)", "rp2040"),
-        ("[RP2350 by rp235x-hal](#rp2350-by-rp235x-hal)", "rp2350"),
-        ("[STM32 by embassy-stm32](#stm32-by-embassy-stm32)", "embassy-stm32"),
-        ("an STM32G4 by embassy-stm32", "embassy-stm32g4"),
-        (
-            "[the whole instrument by embassy-stm32](#the-whole-instrument-by-embassy-stm32)",
-            "embassy-stm32-instrument",
-        ),
-        ("[RP2040 by embassy-rp](#rp2040-by-embassy-rp)", "embassy-rp"),
-        (
-            "[the whole instrument by embassy-rp](#the-whole-instrument-by-embassy-rp)",
-            "embassy-rp-instrument",
-        ),
-        ("[nRF52840 by embassy-nrf](#nrf52840-by-embassy-nrf)", "nrf52840"),
-        (
-            "[ESP32-C3 by esp-hal](#esp32-c3-by-esp-hal), with the interrupts' code, which runs in RAM, in both",
-            "esp32c3",
-        ),
-    ] {
+    const PACKAGES: [&str; 10] = [
+        "stm32f4",
+        "embassy-stm32",
+        "embassy-stm32g4",
+        "rp2040",
+        "rp2350",
+        "embassy-rp",
+        "nrf52840",
+        "esp32c3",
+        "embassy-stm32-instrument",
+        "embassy-rp-instrument",
+    ];
+    let mut lines = head("| package, at opt-level `s` | flash, B | RAM without the stack, B |");
+    for package in PACKAGES {
         let [flash, ram] = bytes(package)?;
-        lines.push(row([name.to_owned(), flash, ram]));
+        lines.push(row([format!("`{package}`"), flash, ram]));
     }
     Ok(lines)
 }
