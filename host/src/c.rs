@@ -7,13 +7,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Builds the library for C and C++: header, archives, examples, and what CMake, Arduino, PlatformIO and Zephyr read.
+/// Builds the library for C and C++: header, archives, examples, and files for CMake, Arduino, PlatformIO and Zephyr.
 #[derive(Args, Debug)]
 pub struct Options {
     /// The cores, separated by commas; host is this machine
     #[arg(long, value_enum, value_delimiter = ',', required = true)]
     core: Vec<Core>,
-    /// The folder that is written; archives of other cores stay in it
+    /// The folder to write; archives of other cores stay in it
     #[arg(long, value_name = "DIR", default_value = "dist/picket")]
     out: PathBuf,
 }

@@ -9,7 +9,7 @@ use std::process::ExitCode;
 
 pub use picket_measure::cli::*;
 
-/// Frequencies, ranges and velocities from a microcontroller's converter: simulated, emulated, recorded, or live from a board.
+/// Measures frequency, range and velocity in ADC samples, each with its sigma: recorded, simulated, emulated, or live from a board.
 #[derive(Debug, Parser)]
 #[command(name = "picket", version)]
 pub struct Picket {

@@ -5,10 +5,10 @@ use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Builds the wheel for Python, which `pip install` takes. It needs Python 3.10 or later; maturin it gets itself.
+/// Builds the wheel for Python, for `pip install`. It needs Python 3.10 or later, and gets maturin itself.
 #[derive(Args, Debug)]
 pub struct Options {
-    /// The folder that the wheel is written to
+    /// The folder for the wheel
     #[arg(long, value_name = "DIR", default_value = "dist")]
     out: PathBuf,
 }

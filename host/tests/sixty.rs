@@ -376,7 +376,7 @@ pub fn outcome(
     let proposed = look.lines().find_map(|line| line.strip_prefix("try       picket "));
     let Some(proposed) = proposed else {
         assert!(
-            look.contains("nothing that was tried") || look.contains("nothing stands out"),
+            look.contains("nothing that was tried") || look.contains("no signal stands out"),
             "{look}"
         );
         println!("{index} {kind} {name}: not known\n{look}");

@@ -454,7 +454,7 @@ def analyze(path, n=1024, hop=None, *, rate_hz=None, codes=16, iq=False, scale=N
     """
     samples, rate, missing = _recording(path, rate_hz, codes, iq, scale, channel, decimal_comma, format)
     if rate is None:
-        raise ValueError(f"{os.fspath(path)} does not tell its rate: give rate_hz, samples per second")
+        raise ValueError(f"{os.fspath(path)} has no sample rate: give rate_hz, samples per second")
     pipeline = Pipeline(n=n, rate_hz=rate, codes=_rails_of(codes), iq=samples.ndim == 2, **options)
     return pipeline.blocks(samples, hop, missing=missing)
 

@@ -390,7 +390,7 @@ def test_recordings(tmp_path):
     np.save(tmp_path / "tone.npy", samples)
     assert same(picket_dsp.analyze(tmp_path / "tone.npy", rate_hz=48e3), picket_dsp.analyze(path))
     assert picket_dsp.read_recording(tmp_path / "tone.npy")[1] is None
-    with pytest.raises(ValueError, match="does not tell its rate"):
+    with pytest.raises(ValueError, match="has no sample rate"):
         picket_dsp.analyze(tmp_path / "tone.npy")
     with pytest.raises(ValueError, match="exceed"):
         picket_dsp.analyze(path, codes=8)

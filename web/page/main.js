@@ -500,7 +500,7 @@ function frame(now) {
       page.source.stop();
       page.source = null;
       page.core.fresh();
-      notice("This stopped the measurement. Choose a source to begin anew.");
+      notice("This stopped the measurement. Choose a source to start again.");
     }
   }
   requestAnimationFrame(frame);

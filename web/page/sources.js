@@ -144,7 +144,7 @@ export class Board {
         if (done) break;
         this.pieces.push(value);
       }
-      if (!this.stopped) this.told("The board has said all that it will.");
+      if (!this.stopped) this.told("The board has sent everything.");
     } catch {
       if (!this.stopped) this.told("The board is gone: plug it in again, and connect.");
     }

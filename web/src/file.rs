@@ -35,7 +35,7 @@ impl File {
             .map_err(|error| sentence(name, &error))?;
         if !recording.knows_rate() {
             return Err(format!(
-                "{name} does not tell its sample rate: type it under File, and drop it again."
+                "{name} has no sample rate: type it under File, and drop it again."
             ));
         }
         (settings.rate_hz, settings.iq) = (recording.rate_hz(), recording.iq());
@@ -87,7 +87,7 @@ fn sentence(name: &str, error: &RecordingError) -> String {
     match error {
         Empty(_) => format!("{name} holds no samples."),
         Unclear(_, []) => format!(
-            "{name}: neither its name nor its first bytes tell what it is. Wav, csv and npy files can be read, and numbers named i16, cs16, cu8, f32 or cf32."
+            "{name}: unknown format. The page reads wav, csv and npy files, and raw numbers named i16, cs16, cu8, f32 or cf32."
         ),
         Unclear(_, readings) => {
             let names: Vec<String> =

@@ -437,7 +437,7 @@ fn bad(said: &Value) {
         "bad-truncated.wav" => "is cut off: its header announces 200000 bytes",
         "bad-stranger.wav" => "is not a readable wav file",
         "bad-empty.wav" => "holds no samples",
-        "bad-rate.i16" => "does not tell its sample rate",
+        "bad-rate.i16" => "has no sample rate",
         "bad-short.wav" => "300 samples are fewer than a block of 1024",
         "bad-name.xyz" => "neither its name nor its first bytes tell what it is",
         "bad-chunk.wav" => "is not a readable wav file",

@@ -113,7 +113,7 @@ fn wanted(shape: &Shape, options: &Options, path: &Path) -> Result<Wanted, Recor
             Err(RecordingError::Columns(
                 path.into(),
                 format!(
-                    "values beside the time in columns {}: choose by --column, two for I and Q",
+                    "several columns of values, {}: choose one by --column 2, or two for I and Q by --column 2,3",
                     names.join(", ")
                 ),
             ))

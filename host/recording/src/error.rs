@@ -73,7 +73,7 @@ impl fmt::Display for RecordingError {
             Empty(path) => write!(f, "{}: the file holds no samples", path.display()),
             Unclear(path, []) => write!(
                 f,
-                "{}: neither its name nor its first bytes tell the format: add --format wav, flac, i16, cs16, cu8, f32, cf32, npy, npz, mat, sigmf, csv or json",
+                "{}: neither its name nor its first bytes show the format: add --format wav, flac, i16, cs16, cu8, f32, cf32, npy, npz, mat, sigmf, csv or json",
                 path.display()
             ),
             Unclear(path, readings) => {

@@ -157,7 +157,7 @@ pub(super) fn meaning(
                 })
                 .collect();
             Meaning::Unknown {
-                note: format!("{called} is a time whose unit is not told: add {}", each.join(", ")),
+                note: format!("{called} is a time without a unit: add {}", each.join(", ")),
             }
         }
     }

@@ -20,25 +20,25 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Compares a board's sample clock with a reference at its input, and tells the setting `clock_ppm` that corrects it.
+/// Compares a board's sample clock with a reference at its input, and prints the setting `clock_ppm` that corrects it.
 #[derive(Args, Debug)]
 pub struct Options {
-    /// The board's serial port (/dev/ttyACM0); without it the ports are listed
+    /// The board's serial port (/dev/ttyACM0); without a port the ports are listed
     #[arg(conflicts_with = "replay")]
     port: Option<String>,
     /// The frequency of the sine at the board's input, known better than the board's crystal
     #[arg(long, value_name = "HZ", value_parser = cli::positive_hertz)]
     reference: f64,
-    /// Measures for so long
+    /// Duration of the measurement, s
     #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = cli::positive)]
     seconds: f64,
-    /// Sends the new clock_ppm to the board, which keeps it over a reset
+    /// Sends the new clock_ppm to the board, which stores it
     #[arg(long, conflicts_with = "replay")]
     save: bool,
-    /// One JSON object
+    /// Prints one JSON object
     #[arg(long)]
     json: bool,
-    /// Reads what picket watch --record has kept instead of a port
+    /// Reads a recording of picket watch --record instead of a port
     #[arg(long, value_name = "FILE")]
     replay: Option<PathBuf>,
 }
@@ -343,7 +343,7 @@ impl Calibrated {
         let scatter = self.scatter.map(|scatter| match (self.agrees, scatter > 1.0) {
             (true, _) => "their scatter agrees with their sigmas".to_owned(),
             (false, true) => format!(
-                "they scatter {scatter:.1} times as wide as their sigmas, and the sigma told here is wider by that: the reference or the clock wanders, or something disturbs the tone"
+                "they scatter {scatter:.1} times as wide as their sigmas, and the sigma above is widened by that: the reference or the clock wanders, or something disturbs the tone"
             ),
             (false, false) => format!(
                 "they scatter {scatter:.2} times as wide as their sigmas, which are too wide here"

@@ -16,7 +16,7 @@ const SNR_DB: f64 = -5.0;
 const CLEAR_SNR_DB: f64 = 20.0;
 const WIND_SNR_DB: f64 = -20.0;
 
-/// Runs the firmware on an emulated Cortex-M and prints truth beside measurement.
+/// Simulates a sensor, measures it with the firmware on an emulated board, and prints the truth next to the answers.
 #[derive(Clone, Debug, Parser)]
 pub struct Options {
     /// The emulated board
@@ -35,7 +35,7 @@ pub struct Options {
     #[arg(long, default_value_t = 1, conflicts_with = "replay")]
     pub seed: u64,
 
-    /// Repeat with this many seeds, counted from --seed, and sum up (table3)
+    /// Repeat with this many seeds, counted from --seed, and print a summary (table3)
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=10_000), conflicts_with = "replay")]
     pub seeds: u64,
 
@@ -51,7 +51,7 @@ pub struct Options {
     #[arg(long, value_name = "FILE")]
     pub replay: Option<PathBuf>,
 
-    /// Sample rate of the recording, Hz (a wav file tells its own)
+    /// Sample rate of the recording, Hz (a wav file states its own)
     #[arg(long, value_name = "HZ", value_parser = cli::positive_hertz, allow_negative_numbers = true, requires = "replay")]
     pub rate: Option<f64>,
 
@@ -71,7 +71,7 @@ pub struct Options {
     #[arg(long, requires = "replay")]
     pub iq: bool,
 
-    /// Draw the scene to this file, svg or png; of table3, drive and traffic the velocities are in a second one beside it
+    /// Draw the scene to this file, svg or png; table3, drive and traffic draw the velocities to a second file next to it
     #[arg(long, value_name = "FILE", value_parser = cli::picture, conflicts_with = "replay")]
     pub plot: Option<PathBuf>,
 
@@ -79,20 +79,20 @@ pub struct Options {
     #[arg(long, value_parser = mixing(), conflicts_with = "replay")]
     pub mixing: Option<Mixing>,
 
-    /// Width of the lidar's laser line, full width at half of its height, Hz (table3) [default: 0]
+    /// Linewidth of the lidar's laser, full width at half maximum, Hz (table3) [default: 0]
     #[arg(long, value_name = "HZ", value_parser = cli::positive_hertz, allow_negative_numbers = true, conflicts_with = "replay")]
     pub linewidth_hz: Option<f64>,
 
-    /// How far the middle of the lidar's ramps lies above the straight line, as a share of the bandwidth; the solver is not told (table3)
-    /// [default: 0]
+    /// Curvature of the lidar's ramps: height of their middle above the straight line, as a share of the bandwidth; the solver does not know
+    /// it (table3) [default: 0]
     #[arg(long, value_name = "SHARE", value_parser = curvature, allow_negative_numbers = true, conflicts_with = "replay")]
     pub sweep_error: Option<f64>,
 
-    /// Diameter of the beam's spot on the turntable's rough rim, mm: its speckle has a bandwidth of speed over diameter [default: no speckle]
+    /// Diameter of the beam's spot on the turntable's rough rim, mm; the bandwidth of its speckle is speed over diameter [default: no speckle]
     #[arg(long, value_name = "MM", value_parser = millimetres, allow_negative_numbers = true, conflicts_with = "replay")]
     pub spot_mm: Option<f64>,
 
-    /// Keep the board's session in this file
+    /// Store the board's session in this file
     #[arg(long, value_name = "FILE", conflicts_with = "replay")]
     pub record: Option<PathBuf>,
 
@@ -100,11 +100,11 @@ pub struct Options {
     #[command(flatten)]
     pub output: Output,
 
-    /// Writes the firmware's log to this file, as defmt's frames: `defmt-print` reads them
+    /// Write the firmware's log to this file as defmt frames, for `defmt-print`
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
 
-    /// One JSON object a line
+    /// Print one JSON object per line
     #[arg(long)]
     pub json: bool,
 }
@@ -112,7 +112,7 @@ pub struct Options {
 /// An emulated board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Board {
-    /// Arm's MPS2 with a Cortex-M33, whose converter is played (QEMU)
+    /// Arm's MPS2 with a Cortex-M33 and a played converter (QEMU)
     Mps2,
     /// The NUCLEO-F446RE with its image for sums and bursts, slowed down to 200 kS/s: ldv and wind (QEMU)
     Nucleo,
@@ -130,19 +130,19 @@ pub enum Scenario {
     Radar,
     /// The Doppler paper's turntable, in both directions
     Turntable,
-    /// A car that comes, brakes, stands and leaves, another that passes it, two dropouts: followed by the tracker
+    /// A car that approaches, brakes, stands and leaves, another that passes it, two dropouts: followed by the tracker
     Drive,
-    /// Four cars that cross in range and in speed, all of them in each chirp of a lidar; by the core on this machine
+    /// Four cars whose ranges and speeds cross, all in each chirp of a lidar; by the library on this machine
     Traffic,
-    /// A plate at 30 cm that swings by 10 um in front of a 122 GHz radar, from the phase; by the core on this machine
+    /// A plate at 30 cm that swings by 10 um in front of a 122 GHz radar, from the phase; by the library on this machine
     Vibration,
-    /// Particles in a turbulent flow that cross a laser's fringes, by the burst processor; by the core on this machine, or the NUCLEO
+    /// Particles in a turbulent flow that cross a laser's fringes, by the burst processor; by the library on this machine, or the NUCLEO
     Ldv,
-    /// Wind around a cone of 36 beams, 20 dB below the noise, from sums of 100 blocks; by the core on this machine, or the NUCLEO
+    /// Wind around a cone of 36 beams, 20 dB below the noise, from sums of 100 blocks; by the library on this machine, or the NUCLEO
     Wind,
-    /// A fan that moves in front of a 24 GHz radar with I/Q records: its body's speed beside its blades' sidebands
+    /// A fan that moves in front of a 24 GHz radar with I/Q records: its body's speed between its blades' sidebands
     Fan,
-    /// A target that comes nearer, as the NUCLEO would report it: to --record, and to show by `picket watch --replay`
+    /// An approaching target, as the NUCLEO would report it: for --record, and for `picket watch --replay`
     Board,
 }
 

@@ -41,7 +41,7 @@ pub fn run(file: &Path, options: &Options) -> Result<ExitCode, DemoError> {
 
 fn replay<R: Kind>(recording: Recording, options: &Options) -> Result<ExitCode, DemoError> {
     if !recording.knows_rate() {
-        return Err(said("the recording tells no sample rate: --rate HZ"));
+        return Err(said("the recording has no sample rate: add --rate HZ"));
     }
     let rate_hz = recording.rate_hz();
     let config = config(rate_hz, options)?;

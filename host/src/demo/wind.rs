@@ -61,7 +61,7 @@ fn measured_by_board(said: &mut Vec<Said>) -> Result<(Tone, Velocity), DemoError
     let (first, more) = (tones.next(), tones.next());
     match (first.map(|first| (first.tone, first.result)), more) {
         (Some((tone, Outcome::Velocity(velocity))), None) => Ok((tone, velocity)),
-        _ => Err(super::said("the board has not told one velocity a beam")),
+        _ => Err(super::said("the board has not returned one velocity for each beam")),
     }
 }
 

@@ -15,13 +15,13 @@ use std::process::ExitCode;
 /// Finds sample rate and block length for a sensor, or shows what given ones reach: resolution, span, sigma, updates and load.
 #[derive(Args, Debug)]
 pub struct Options {
-    /// Carrier of the radar or laser, as 24.125G
+    /// Carrier of the radar or laser, as in 24.125G
     #[arg(long, value_name = "HZ", value_parser = cli::positive_hertz, required_unless_present = "wavelength_m", conflicts_with = "wavelength_m")]
     carrier_hz: Option<f64>,
-    /// Its wavelength instead, as 1550e-9
+    /// Its wavelength instead, as in 1550e-9
     #[arg(long, value_name = "M", value_parser = cli::positive)]
     wavelength_m: Option<f64>,
-    /// Samples per second [default: what --velocity-mps or --range-m need]
+    /// Samples per second [default: as many as --velocity-mps or --range-m need]
     #[arg(long, value_name = "HZ", value_parser = cli::positive_hertz)]
     rate: Option<f64>,
     /// Samples in a block [default: all lengths]
@@ -30,10 +30,10 @@ pub struct Options {
     /// Signal-to-noise ratio per sample, dB
     #[arg(long, value_name = "DB", default_value_t = 20.0, allow_negative_numbers = true, value_parser = cli::number)]
     snr_db: f64,
-    /// I/Q samples
+    /// The samples are I/Q pairs
     #[arg(long)]
     iq: bool,
-    /// Bandwidth of a chirp: ranges
+    /// Bandwidth of a chirp; adds ranges
     #[arg(long, value_name = "HZ", value_parser = cli::positive_hertz, requires = "chirp_s")]
     bandwidth_hz: Option<f64>,
     /// Duration of its ramp
@@ -45,13 +45,13 @@ pub struct Options {
     /// The farthest target of a chirp
     #[arg(long, value_name = "M", value_parser = cli::positive, requires = "bandwidth_hz")]
     range_m: Option<f64>,
-    /// Wanted sigma of the velocity: the shortest block that reaches it
+    /// Wanted sigma of the velocity; selects the shortest block that reaches it
     #[arg(long, value_name = "M/S", value_parser = cli::positive)]
     sigma_mps: Option<f64>,
     /// Wanted sigma of the range
     #[arg(long, value_name = "M", value_parser = cli::positive, requires = "bandwidth_hz")]
     sigma_m: Option<f64>,
-    /// One JSON object a length, and one with the settings
+    /// Prints one JSON object per length, and one with the settings
     #[arg(long)]
     json: bool,
 }

@@ -8,17 +8,17 @@ use std::fmt;
 pub const LENGTHS: [usize; 7] = [64, 128, 256, 512, 1024, 2048, 4096];
 /// A tone has to lie so far below half the rate that filters let it pass, as a share of the rate.
 const USED: f64 = 0.4;
-/// Bins from 0 Hz in which an offset is not told from a tone.
+/// Bins from 0 Hz within which a tone cannot be distinguished from an offset.
 const EDGE_BINS: f64 = 1.5;
 /// The clocks of the cores whose load the sheet states.
 const CORES_HZ: [f64; 2] = [180e6, 125e6];
 
-/// What is asked. None of the numbers is 0 or below, but for the signal-to-noise ratio.
+/// The question. All numbers are above 0, except the signal-to-noise ratio.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Question {
     /// The wavelength of the radar or laser, m.
     pub wavelength_m: f64,
-    /// Samples per second; `None` for what the target needs.
+    /// Samples per second; `None` for as many as the target needs.
     pub rate_hz: Option<f64>,
     /// Samples in a block; `None` for all lengths.
     pub n: Option<usize>,
@@ -41,7 +41,7 @@ pub struct Question {
 /// Why there is no answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Trouble {
-    /// Nothing tells the rate.
+    /// The rate is neither given nor implied.
     NoRate,
     /// The rate is too low for the target: its beat, Hz, and the rate that it needs.
     Slow {
@@ -60,7 +60,7 @@ impl fmt::Display for Trouble {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Trouble::NoRate => {
-                f.write_str("nothing tells the rate: say it, or how fast or far the target is")
+                f.write_str("the rate is not known: give it, or how fast or far the target is")
             }
             Trouble::Slow { beat_hz, needed_hz } => write!(
                 f,
@@ -78,7 +78,7 @@ impl fmt::Display for Trouble {
     }
 }
 
-/// What a length gives.
+/// The figures of a length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
     /// Samples in a block.
@@ -87,7 +87,7 @@ pub struct Row {
     pub block_s: f64,
     /// Blocks per second.
     pub updates_hz: f64,
-    /// One bin, which is how far two tones have to be apart.
+    /// One bin, the least distance of two tones.
     pub bin_hz: f64,
     /// The bound on sigma of the frequency.
     pub sigma_hz: f64,
@@ -131,12 +131,12 @@ impl Row {
         ]
     }
 
-    /// What a table says of it, under [`Design::head`].
+    /// Its cells in a table, under [`Design::head`].
     pub fn cells(&self) -> Vec<String> {
         let load = |load: Option<f64>| match load {
             Some(load) if load > 1.0 => "too slow".to_owned(),
             Some(load) => format!("{:.1} %", 100.0 * load),
-            None => "-".into(),
+            None => "not measured".into(),
         };
         let numbers = [1e3 * self.block_s, self.updates_hz, self.bin_hz, self.resolution_mps];
         let range = [self.resolution_m, self.sigma_m].into_iter().flatten();
@@ -153,9 +153,9 @@ impl Row {
 pub struct Design {
     question: Question,
     rate_hz: f64,
-    /// What each length gives, the shortest first.
+    /// A row for each length, the shortest first.
     pub rows: Vec<Row>,
-    /// The row that reaches what is wanted, where something is.
+    /// The row that reaches the wanted sigma, if there is one.
     pub chosen: Option<usize>,
 }
 
@@ -240,7 +240,7 @@ impl Design {
         self.rate_hz
     }
 
-    /// What is true of all lengths, a line each.
+    /// What holds for all lengths, a line each.
     pub fn sentences(&self) -> Vec<String> {
         let Question { wavelength_m, iq, snr_db, .. } = self.question;
         let kind = if iq { "I/Q" } else { "real" };
@@ -260,7 +260,7 @@ impl Design {
         ];
         sentences.extend(self.metres().map(|metres| {
             format!(
-                "1 m is {} Hz; ranges up to {} m. A ramp alone takes 1 m/s for {} m: a trapezoid or I/Q triangle tells them apart",
+                "1 m is {} Hz; ranges up to {} m. A single ramp shows 1 m/s as {} m: a trapezoid or an I/Q triangle separates them",
                 digits(1.0 / metres),
                 digits(metres * rate_hz / 2.0),
                 digits(2.0 / wavelength_m * metres),
@@ -269,14 +269,14 @@ impl Design {
         sentences
     }
 
-    /// What stands above the cells of a row.
+    /// The headings of the cells of a row.
     pub fn head(&self) -> Vec<&'static str> {
         let mut head =
-            vec!["N", "block ms", "updates/s", "bin Hz", "bin m/s", "sigma m/s", "from m/s"];
+            vec!["N", "block ms", "updates/s", "bin Hz", "bin m/s", "sigma m/s", "slowest m/s"];
         if self.question.chirp.is_some() {
             head.extend(["bin m", "sigma m"]);
         }
-        head.extend(["M4F 180 MHz", "M0+ 125 MHz"]);
+        head.extend(["load M4F 180 MHz", "load M0+ 125 MHz"]);
         head
     }
 
@@ -308,7 +308,7 @@ pub fn digits(value: f64) -> String {
 /// The cycles that the tests hold each stage to.
 const BUDGET: &[u8] = include_bytes!("../../../host-tests/budget.json");
 
-/// The cycles of a measurement on a Cortex-M4F, where they are measured.
+/// The cycles of a measurement on a Cortex-M4F, for the lengths for which they are measured.
 const fn cycles_m4f(n: usize) -> Option<u32> {
     const OF: [u32; 3] = [
         cycles(&["picket-i32", "cycles", "256", "measurement"]),

@@ -36,19 +36,19 @@ pub struct Options {
     /// The board
     #[arg(long, value_enum, default_value_t = Board::Nucleo)]
     board: Board,
-    /// The image that goes through the list of docs/board.md by itself, with one wire from A2 to A0
+    /// Writes the self-test: it works through the list of docs/board.md, with one wire from A2 to A0
     #[arg(long)]
     self_test: bool,
-    /// The image that also sets the chip's brown-out level, once, by its option bytes: see docs/board.md
+    /// Writes an image that also sets the chip's brown-out level in its option bytes, once: see docs/board.md
     #[arg(long, conflicts_with = "self_test")]
     brown_out: bool,
-    /// Writes nothing: begins the self-test that is on the board anew, and prints its list
+    /// Writes nothing: restarts the self-test on the board, and prints its list
     #[arg(long, value_name = "PORT", requires = "self_test", conflicts_with = "dry_run")]
     listen: Option<String>,
     /// With --listen: watches each rate for a moment instead of ten seconds
     #[arg(long, requires = "listen")]
     quick: bool,
-    /// Stops before the board
+    /// Builds and shows the size, but writes nothing to the board
     #[arg(long)]
     dry_run: bool,
     /// Builds every image of both boards into a folder, with a page on how to flash them without this tool

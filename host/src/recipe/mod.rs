@@ -20,24 +20,24 @@ const RECIPES: [(&str, &str); 3] = [
     ("fmcw", include_str!("scenes/fmcw.json")),
 ];
 
-/// Writes the recording of a scene before a sensor: of a recipe of docs/recipes, or of a JSON file (docs/scenes.md). Prints what is true of it.
+/// Simulates a sensor and writes its recording: a recipe of docs/recipes, or a scene in a JSON file (docs/scenes.md). Prints the truth.
 #[derive(Args, Debug)]
 pub struct Options {
     /// hb100 (a person who walks), laser (particles in fringes), fmcw (a corner reflector), or the JSON file of a scene
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
-    /// Where it is written: a .wav of 16 bits, else raw little-endian 16-bit integers; I and Q in turn
+    /// The file to write: a .wav of 16 bits, or raw little-endian 16-bit integers; I and Q in turn
     file: PathBuf,
     /// Distance of the first source at the start, m [default: the scene's]
     #[arg(long, value_name = "M", value_parser = cli::positive)]
     range_m: Option<f64>,
-    /// Its velocity, m/s; towards the sensor [default: the scene's]
+    /// Its velocity towards the sensor, m/s [default: the scene's]
     #[arg(long, value_name = "M/S", allow_negative_numbers = true, value_parser = cli::number)]
     velocity_mps: Option<f64>,
-    /// Another seed gives other noise, phases and arrivals [default: the scene's]
+    /// Seed of noise, phases and arrivals [default: the scene's]
     #[arg(long)]
     seed: Option<u64>,
-    /// Writes time, frequency, amplitude, range and velocity of each source as CSV
+    /// Also writes time, frequency, amplitude, range and velocity of each source, as CSV
     #[arg(long, value_name = "CSV")]
     truth: Option<PathBuf>,
     #[command(flatten)]

@@ -29,37 +29,37 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-/// Shows what a device measures: a table, or lines for programs.
+/// Shows what a board measures: a table, or lines for programs.
 #[derive(Args, Debug)]
 pub struct Options {
-    /// The device's serial port (/dev/ttyACM0), or - for its bytes on stdin; without it the ports are listed
+    /// The board's serial port (/dev/ttyACM0), or - for its bytes on stdin; without a port the ports are listed
     #[arg(conflicts_with = "replay")]
     port: Option<String>,
-    /// Comma-separated values with a header
+    /// Prints comma-separated values with a header
     #[arg(long, group = "style")]
     csv: bool,
-    /// One JSON object a line
+    /// Prints one JSON object per line
     #[arg(long, group = "style")]
     jsonl: bool,
-    /// Lines for the plotter Teleplot (and Serial Studio): >name:value
+    /// Prints lines for the plotter Teleplot (and Serial Studio): >name:value
     #[arg(long, group = "style")]
     teleplot: bool,
     /// Draws answer, verdict, history and counters on the terminal; prints lines if the output is not a terminal
     #[arg(long, group = "style", conflicts_with = "count")]
     live: bool,
-    /// Keeps every byte received in a file
+    /// Stores every received byte in a file
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Reads a recorded file instead of a port
     #[arg(long, value_name = "FILE")]
     replay: Option<PathBuf>,
-    /// Samples per second, if the device does not report them
+    /// Samples per second, if the board does not report them
     #[arg(long, value_name = "HZ", value_parser = cli::positive_hertz, allow_negative_numbers = true)]
     rate: Option<f64>,
     /// Ends after this number of measurements
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..))]
     count: Option<u64>,
-    /// Prints a rule for Linux by which every user may open the board's port
+    /// Prints a udev rule for Linux that lets every user open the board's port
     #[arg(long, exclusive = true)]
     install_udev: bool,
     #[command(flatten)]

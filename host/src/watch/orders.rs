@@ -10,16 +10,16 @@ use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// What the user orders.
+/// Commands of the user to the board.
 #[derive(Args, Debug)]
 pub struct Orders {
-    /// Prints the device's settings as JSON and ends
+    /// Prints the board's settings as JSON and ends
     #[arg(long)]
     get_settings: bool,
-    /// Uses the settings in this JSON file from now on (docs/board.md)
+    /// Sends the settings in this JSON file to the board (docs/board.md)
     #[arg(long, value_name = "FILE")]
     set_settings: Option<PathBuf>,
-    /// Keeps the settings over a reset
+    /// Tells the board to store its settings in flash
     #[arg(long)]
     save: bool,
     /// Tells the board to measure
@@ -28,13 +28,13 @@ pub struct Orders {
     /// Tells the board to stop, and ends
     #[arg(long)]
     stop: bool,
-    /// Sets the device's counters to 0
+    /// Sets the board's counters to 0
     #[arg(long)]
     reset: bool,
-    /// Captures this many blocks as they are, little-endian i16, to --capture-to, and ends
+    /// Captures the samples of this many blocks, little-endian i16, into the file of --capture-to, and ends
     #[arg(long, value_name = "BLOCKS", requires = "capture_to")]
     capture: Option<u16>,
-    /// The capture's file: for picket analyze FILE --format i16 --bits 12 --unsigned
+    /// File for the captured samples; read it by picket analyze FILE --format i16 --bits 12 --unsigned
     #[arg(long, value_name = "FILE", requires = "capture")]
     capture_to: Option<PathBuf>,
 }

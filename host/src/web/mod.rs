@@ -16,13 +16,13 @@ pub use site::{FILES, MODULES, Site};
 /// Shows the live page: the library in a browser, on a simulated scene, a recording, the microphone or the board.
 #[derive(Args, Debug)]
 pub struct Options {
-    /// The port on localhost; 0 for any that is free
+    /// The port on localhost; 0 for any free one
     #[arg(long, default_value_t = 8000)]
     port: u16,
-    /// Ends when the page is built: target/web/page can be put on any static host
+    /// Only builds the page: target/web/page can be put on any static host
     #[arg(long, conflicts_with = "port")]
     build: bool,
-    /// Ends when the pictures for the documentation are in this folder
+    /// Only makes the documentation's pictures, in this folder
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["port", "build"])]
     pictures: Option<PathBuf>,
     #[command(flatten)]

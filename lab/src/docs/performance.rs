@@ -309,10 +309,7 @@ fn sizes(_: &Table) -> Lines {
             0,
         ),
         ("the same at opt-level 3", 1),
-        (
-            "`FrequencyOnly`, whose answers cannot be told from wrong ones (`firmware/src/bin/frequency_only.rs`), for size",
-            2,
-        ),
+        ("`FrequencyOnly`, without verdicts (`firmware/src/bin/frequency_only.rs`), for size", 2),
     ] {
         let mut cells = vec![name.to_owned()];
         for core in ["M0", "M3", "M4F"] {

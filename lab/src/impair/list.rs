@@ -162,11 +162,11 @@ const CORNER: (f64, f64) = (1e-3, 10.0);
 
 /// The lists, by the names that stand for every impairment of a list, each with its heading.
 pub const GROUPS: [(&str, &[Entry], &str); 3] = [
-    ("all", LIST, "Impairments, with the severities they have unless told otherwise:"),
+    ("all", LIST, "Impairments, with their default severities:"),
     (
         "signals",
         SIGNALS,
-        "Signals that are no steady tone, no part of \"all\"; \"signals\" is every one:",
+        "Signals other than a steady tone, not part of \"all\"; \"signals\" selects all of them:",
     ),
     (
         "front-end",
@@ -218,7 +218,7 @@ fn bump(of: &mut Making, v: &[f64]) {
 pub const FRONT_END: &[Entry] = &[
     Entry::new(
         "wrap",
-        "a tone so much beyond the rails, whose codes go on at the other end",
+        "overdriven tone whose codes wrap around",
         &[Key::new("over-db", DB, &[0.1, 1.0, 6.0], (0.0, 40.0))],
         |of, v| {
             beyond_the_rails(of, v);
@@ -226,19 +226,16 @@ pub const FRONT_END: &[Entry] = &[
         },
     )
     .level(),
-    Entry::new("swapped", "the two samples of each word change places", &[], |of, _| {
+    Entry::new("swapped", "the two samples of each word are swapped", &[], |of, _| {
         of.converter.swapped = true
     })
     .real(),
-    Entry::new(
-        "wrong-sign",
-        "codes that count from 0 are read as signed ones, or the other way round",
-        &[],
-        |of, _| of.converter.wrong_sign = true,
-    ),
+    Entry::new("wrong-sign", "unsigned codes read as signed ones, or the reverse", &[], |of, _| {
+        of.converter.wrong_sign = true
+    }),
     Entry::new(
         "stuck-bit",
-        "a bit of the codes, 0 the lowest, that is always low (0) or high (1)",
+        "a bit of the codes (0: the lowest) that is always low (0) or high (1)",
         &[Key::new("bit", "", &[4.0, 8.0], (0.0, 15.0)), Key::new("level", "", &[0.0, 1.0], ONE)],
         |of, v| {
             // A converter of fewer bits has the highest one.
@@ -248,13 +245,13 @@ pub const FRONT_END: &[Entry] = &[
     ),
     Entry::new(
         "missing-codes",
-        "codes that never come, so many at each change of the upper three bits",
+        "missing codes, LSB of them at each change of the upper three bits",
         &[Key::new("lsb", LSB, &[4.0, 16.0], MANY)],
         |of, v| of.converter.missing_codes = v[0].round() as usize,
     ),
     Entry::new(
         "stale-buffer",
-        "the end of the block, this share of it, is the end of the block before",
+        "the last SHARE of the block is that of the block before",
         &[Key::new("share", "", &[0.25, 0.5], ONE)],
         |of, v| {
             let (at, count) = (((1.0 - v[0]) * of.n).into(), of.n.into());
@@ -268,7 +265,7 @@ pub const FRONT_END: &[Entry] = &[
 pub const SIGNALS: &[Entry] = &[
     Entry::new(
         "burst",
-        "a particle in a laser's fringes: a Gaussian envelope, so many blocks wide, on this pedestal",
+        "a particle in a laser's fringes: a Gaussian envelope with this deviation, on this pedestal",
         &[
             Key::new("deviation", "blocks", &[0.05, 0.1, 0.2, 0.35], (1e-3, 1e3)),
             Key::new("pedestal", "", &[0.0, 1.0], MANY),
@@ -289,7 +286,7 @@ pub const SIGNALS: &[Entry] = &[
     ),
     Entry::new(
         "particles",
-        "so many such particles a block in a steady flow, at random; the flow's frequency is true",
+        "particles of a steady flow at random, RATE per block; the true frequency is the flow's",
         &[
             // Each particle is in each sample: more of them, or longer ones, would take minutes.
             Key::new("rate", "", &[1.0, 4.0], (1e-2, 100.0)),
@@ -315,7 +312,7 @@ pub const SIGNALS: &[Entry] = &[
     ),
     Entry::new(
         "blades",
-        "a fan before the body, that hides so much of it, so many blades a block",
+        "fan in front of the target: blocks DEPTH of the echo, COUNT blades per block",
         &[
             Key::new("depth", "", &[0.1, 0.5], ONE),
             Key::new("count", "", &[3.0, 10.0], (1e-3, 1e4)),
@@ -324,7 +321,7 @@ pub const SIGNALS: &[Entry] = &[
     ),
     Entry::new(
         "fm",
-        "a frequency that swings by so much to each side, in so many cycles a block",
+        "frequency modulation: DEVIATION to each side, CYCLES per block",
         &[
             Key::new("deviation", BINS, &[0.3, 3.0], MANY),
             Key::new("cycles", "cycles", &[0.5, 3.0, 10.0], (1e-3, 1e4)),
@@ -333,7 +330,7 @@ pub const SIGNALS: &[Entry] = &[
     ),
     Entry::new(
         "keying",
-        "a tone that is on or off at random, bit by bit, so many a block",
+        "on-off keying at random, BITS per block",
         &[Key::new("bits", "", &[4.0, 16.0], (1e-3, 1e4))],
         |of, v| of.change(Change::Keyed { bits_hz: v[0].into(), by_turns: false }),
     ),
@@ -365,19 +362,19 @@ pub const LIST: &[Entry] = &[
     .at(Place::Low),
     Entry::new(
         "harmonics",
-        "the second harmonic and the third, each so much below the tone, folded",
+        "second and third harmonic, each LEVEL-DB below the tone, folded",
         &[Key::new("level-db", DB, &[-40.0, -20.0], LEVEL)],
         |of, v| of.tone.harmonics = vec![[2.0, v[0]], [3.0, v[0]]],
     ),
     Entry::new(
         "clip-analogue",
-        "an amplifier that ends so much below the tone's crest, before the converter",
+        "amplifier that clips OVER-DB below the tone's crest, before the converter",
         &[Key::new("over-db", DB, &[0.5, 3.0], LEVEL)],
         |of, v| of.receiver.limit = Some(of.amplitude * factor(-v[0])),
     ),
     Entry::new(
         "clip-converter",
-        "a tone so much beyond the converter's rails",
+        "tone that exceeds the converter's rails by OVER-DB",
         &[Key::new("over-db", DB, &[0.1, 1.0, 6.0], LEVEL)],
         beyond_the_rails,
     ).level(),
@@ -395,25 +392,25 @@ pub const LIST: &[Entry] = &[
     ),
     Entry::new(
         "lost",
-        "samples that are missing in one place",
+        "COUNT samples missing in one place",
         &[Key::new("count", "samples", &[1.0, 4.0, 16.0], MANY)],
         |of, v| of.converter.lost = Some(At { at: of.anywhere(), count: v[0].into() }),
     ),
     Entry::new(
         "doubled",
-        "a sample that comes again, so many times",
+        "a sample that is repeated COUNT times",
         &[Key::new("count", "samples", &[1.0, 4.0, 16.0], MANY)],
         |of, v| of.converter.repeated = Some(At { at: of.anywhere(), count: v[0].into() }),
     ),
     Entry::new(
         "inl",
-        "a bent characteristic of the converter: so many codes at most",
+        "integral nonlinearity of the converter, at most LSB codes",
         &[Key::new("lsb", LSB, &[4.0, 16.0], MANY)],
         |of, v| of.converter.inl_codes = v[0].into(),
     ),
     Entry::new(
         "steps",
-        "step errors of the converter: its upper bits weigh wrong, by so many codes the top one",
+        "step errors of the converter: wrong weights of its upper bits, LSB codes for the top one",
         &[Key::new("lsb", LSB, &[1.0, 8.0], MANY)],
         |of, v| of.converter.step_codes = v[0].into(),
     ),
@@ -421,7 +418,7 @@ pub const LIST: &[Entry] = &[
         noiseless: true,
         ..Entry::new(
             "quantise",
-            "rounding alone, without noise: a tone of so many codes",
+            "rounding without noise: a tone with an amplitude of CODES",
             &[Key::new("codes", "", &[2.0, 20.0, 200.0], (0.5, 1e6))],
             |of, v| {
                 of.amplitude = v[0];
@@ -433,7 +430,7 @@ pub const LIST: &[Entry] = &[
     },
     Entry::new(
         "chirp",
-        "a frequency that changes evenly, so much over the block",
+        "frequency that changes evenly, by RATE over the block",
         &[Key::new("rate", BINS, &[0.05, 0.1, 0.3, 0.5, 1.0], MANY)],
         |of, v| {
             // The mean is that in the middle of the samples.
@@ -443,7 +440,7 @@ pub const LIST: &[Entry] = &[
     ),
     Entry::new(
         "am",
-        "an amplitude that swings by this share of itself, in so many cycles a block",
+        "amplitude modulation by DEPTH, CYCLES per block",
         &[
             Key::new("depth", "", &[0.1, 0.5], ONE),
             Key::new("cycles", "cycles", &[0.3, 0.5, 1.0], MANY),
@@ -452,13 +449,13 @@ pub const LIST: &[Entry] = &[
     ),
     Entry::new(
         "phase-walk",
-        "a phase that wanders at random, rms so far over the block",
+        "phase that wanders at random, by RMS over the block",
         &[Key::new("rms", RAD, &[0.03, 0.1, 0.3], MANY)],
         |of, v| of.change(Change::Walk { linewidth_hz: (v[0] * v[0] / TAU).into() }),
     ),
     Entry::new(
         "phase-jump",
-        "a phase that jumps once, anywhere",
+        "phase that jumps once, anywhere",
         &[Key::new("size", RAD, &[0.05, 0.1, 0.3], MANY)],
         |of, v| of.change(jump(v[0] / TAU, 0.0)),
     ),
@@ -470,7 +467,7 @@ pub const LIST: &[Entry] = &[
     ),
     Entry::new(
         "second-tone",
-        "a weaker tone so far beside",
+        "a weaker tone at this distance",
         &[
             Key::new("offset", BINS, &[0.3, 0.5, 0.75, 1.0, 2.0, 10.0], MANY),
             Key::new("level-db", DB, &[-10.0, -20.0, -30.0, -40.0], LEVEL),
@@ -493,7 +490,7 @@ pub const LIST: &[Entry] = &[
     ),
     Entry::new(
         "noise-burst",
-        "more noise in this share of the block, so strong against the tone",
+        "more noise in SHARE of the block, at LEVEL-DB relative to the tone",
         &[Key::new("share", "", &[0.1], ONE), Key::new("level-db", DB, &[-10.0, 0.0], LEVEL)],
         |of, v| {
             let rms = (of.amplitude * factor(v[1]) / 2f64.sqrt()).into();
@@ -503,13 +500,13 @@ pub const LIST: &[Entry] = &[
     ),
     Entry::new(
         "noise-slope",
-        "noise that rises by so many decibels over the band",
+        "noise that rises by RISE-DB over the band",
         &[Key::new("rise-db", DB, &[-20.0, 20.0, 40.0], (-80.0, 80.0))],
         |of, v| of.shape(Density::Slope { rise_db: v[0].into() }),
     ).noise(),
     Entry::new(
         "noise-notch",
-        "a dent in the noise, beside the tone",
+        "a notch in the noise, near the tone",
         &[
             Key::new("level-db", DB, &[-20.0], (-80.0, 0.0)),
             Key::new("width", BINS, &[10.0, 40.0], (0.1, 1e4)),
@@ -519,7 +516,7 @@ pub const LIST: &[Entry] = &[
     ).noise(),
     Entry::new(
         "noise-hump",
-        "a bump of the noise, beside the tone",
+        "a hump of the noise, near the tone",
         &[
             Key::new("level-db", DB, &[10.0, 20.0], (0.0, 80.0)),
             Key::new("width", BINS, &[10.0, 40.0], (0.1, 1e4)),
@@ -529,7 +526,7 @@ pub const LIST: &[Entry] = &[
     ).noise(),
     Entry::new(
         "noise-flicker",
-        "noise whose power goes with this power of one over the frequency",
+        "noise whose power falls with this power of the frequency",
         &[Key::new("power", "", &[1.0, 2.0], (0.0, 4.0))],
         |of, v| of.shape(Density::Flicker { power: v[0].into() }),
     ).noise(),
@@ -556,7 +553,7 @@ pub const LIST: &[Entry] = &[
     ).noise(),
     Entry::new(
         "noise-band-pass",
-        "noise in a band alone, its middle and width shares of Nyquist's frequency",
+        "noise in one band; its middle and width are shares of Nyquist's frequency",
         &[Key::new("middle", "", &[0.5], ONE), Key::new("width", "", &[0.125, 0.5], (1e-3, 1.0))],
         |of, v| {
             let [middle_hz, width_hz] = [v[0], v[1]].map(|share| of.share_of_nyquist(share));
@@ -566,45 +563,45 @@ pub const LIST: &[Entry] = &[
     .at(Place::Within(0, 1)),
     Entry::new(
         "start",
-        "a tone that is not there for this share of the block, then begins",
+        "tone that starts after SHARE of the block",
         &[Key::new("share", "", &[0.2, 0.5, 0.8], ONE)],
         |of, v| of.change(Change::On { from_s: v[0].into(), for_s: FOR_EVER.into() }),
     ),
     Entry::new(
         "decay",
-        "a tone that dies away, to 1/e in so many blocks",
+        "a tone that decays to 1/e in TIME",
         &[Key::new("time", "blocks", &[2.0, 1.0, 0.5], (1e-3, 1e6))],
         |of, v| of.change(Change::Decay { time_s: v[0].into(), from_s: 0.0.into() }),
     ),
     Entry::new(
         "jitter",
-        "a clock that trembles, rms",
+        "clock jitter, rms",
         &[Key::new("rms", SAMPLES, &[0.01, 0.1], MANY)],
         |of, v| of.converter.jitter_s = v[0] / of.n,
     ),
     Entry::new(
         "skew",
-        "two converters in turn, the second so late",
+        "two converters in turn, the second late by LATE",
         &[Key::new("late", SAMPLES, &[0.02, 0.2], MANY)],
         |of, v| of.converter.skew_s = v[0] / of.n,
     ),
     Entry::new(
         "iq-gain",
-        "Q so much stronger than I",
+        "Q stronger than I by LEVEL-DB",
         &[Key::new("level-db", DB, &[0.1, 1.0, 3.0], LEVEL)],
         |of, v| of.receiver.gain_error = (factor(v[0]) - 1.0).into(),
     )
     .iq(),
     Entry::new(
         "iq-phase",
-        "Q so far from right angles",
+        "Q off a right angle by ANGLE",
         &[Key::new("angle", "deg", &[1.0, 5.0, 20.0], (-180.0, 180.0))],
         |of, v| of.receiver.quadrature_rad = v[0].to_radians().into(),
     )
     .iq(),
     Entry::new(
         "iq-delay",
-        "Q so late",
+        "Q late by LATE",
         &[Key::new("late", SAMPLES, &[0.1, 1.0], MANY)],
         |of, v| of.receiver.q_late_s = (v[0] / of.n).into(),
     )

@@ -50,7 +50,7 @@ impl Reference {
         let total: f64 = good.iter().map(|it| weight(it.1)).sum();
         let mean = good.iter().map(|it| it.0.abs() * weight(it.1)).sum::<f64>() / total;
         if good.is_empty() {
-            return Err("no block is good: the clock cannot be told".into());
+            return Err("no block is good: the clock's error cannot be measured".into());
         }
         if (mean / hz - 1.0).abs() > 0.05 {
             return Err(format!(

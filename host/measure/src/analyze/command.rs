@@ -28,7 +28,7 @@ use picket_dsp::tone::verdict::Verdict;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Measures the strongest tone in each block of a recording.
+/// Measures the strongest tone in each block of a recording. Without options: says what is in it and how to measure it.
 #[derive(Args, Debug)]
 #[command(after_help = estimator::help())]
 pub struct Options {
@@ -37,57 +37,57 @@ pub struct Options {
     /// Methods, separated by commas (listed below) [default: least squares]
     #[arg(long)]
     method: Option<String>,
-    /// Carrier of a Doppler radar or laser, as 24G or 193.4e12: gives speeds
+    /// Carrier of a Doppler radar or laser, as in 24G or 193.4e12; adds speeds
     #[arg(long, value_name = "HZ", value_parser = carrier_hz, allow_negative_numbers = true)]
     carrier_hz: Option<f64>,
-    /// Which signal an I/Q receiver conjugates before it multiplies: rx-conj-tx if an approaching target's shift is positive,
-    /// tx-conj-rx if it is negative, or if I and Q are exchanged
+    /// The sign of an approaching target's shift in I/Q samples: rx-conj-tx if it is positive, tx-conj-rx if it is negative or if I and
+    /// Q are exchanged
     #[arg(long, value_name = "MIXING", value_parser = mixing(), default_value = Mixing::RxConjTx.name(), requires = "carrier_hz")]
     mixing: Mixing,
-    /// How long a ramp of an FMCW radar takes, s: gives ranges, with --carrier-hz and --bandwidth-hz. --skip leads to the first ramp
+    /// Duration of a ramp of an FMCW radar, s; adds ranges, with --carrier-hz and --bandwidth-hz. --skip must lead to the start of a ramp
     #[arg(long, value_name = "S", value_parser = cli::positive, requires_all = ["bandwidth_hz", "carrier_hz"], conflicts_with_all = ["method", "hop"])]
     chirp_s: Option<f64>,
-    /// What a ramp sweeps, as 4G
+    /// Bandwidth of a ramp, as in 4G
     #[arg(long, value_name = "HZ", value_parser = cli::positive_hertz, requires = "chirp_s")]
     bandwidth_hz: Option<f64>,
-    /// The ramps: sawtooth, rising again and again; triangle; trapezoid
+    /// Shape of the ramps: sawtooth, triangle or trapezoid
     #[arg(long, value_name = "SHAPE", value_parser = PossibleValuesParser::new(SHAPES.map(|it| it.0)), default_value = SHAPES[0].0, requires = "chirp_s")]
     shape: String,
-    /// The velocities that targets may have, m/s: a sawtooth's range is ambiguous without them
+    /// Limits of the targets' velocities, m/s; without them a sawtooth's range is ambiguous
     #[arg(long, value_name = "LO:HI", value_parser = crate::band::parse, allow_hyphen_values = true, requires = "chirp_s")]
     velocity_mps: Option<(f64, f64)>,
-    /// The recording is of a tone of this frequency: gives the error of the converter's clock
+    /// The recording is of a tone of this frequency: returns the error of the converter's clock
     #[arg(long, value_name = "HZ", value_parser = cli::positive_hertz, conflicts_with_all = ["method", "chirp_s", "carrier_hz"])]
     reference: Option<f64>,
     /// Follow tones from block to block, as the firmware does
     #[arg(long, conflicts_with_all = ["method", "arith"])]
     track: bool,
-    /// Draws the tracks over the spectrogram, or where FILE is all that is given the answers of what is proposed, with their sigmas, or the
-    /// spectrum if nothing is; into this file, SVG or PNG by its name
+    /// Draws into this file, SVG or PNG by its name: with --track the tracks over the spectrogram; without other options the answers of the
+    /// proposed command with their sigmas, or the spectrum if there is no proposal
     #[arg(long, value_name = "FILE", value_parser = cli::picture)]
     plot: Option<PathBuf>,
     #[command(flatten)]
     output: Output,
-    /// The most tones of a block, 1 to 4, each with amplitude and phase; with --track: followed at once [default: 1]
+    /// Tones of a block, at most 1 to 4, each with amplitude and phase; with --track: followed at once [default: 1]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u8).range(1..=4), conflicts_with_all = ["method", "arith"])]
     most: Option<u8>,
-    /// One fundamental a block from its harmonics up to this order, 2 to 32; --band is then the fundamental's
+    /// Finds one fundamental per block from its harmonics up to this order, 2 to 32; --band then limits the fundamental
     #[arg(long, value_name = "ORDER", value_parser = clap::value_parser!(u32).range(2..=32), conflicts_with_all = ["method", "arith", "most", "track", "carrier_hz"])]
     harmonics: Option<u32>,
-    /// Bursts, as of particles in a laser-Doppler velocimeter: each one's frequency, time and transit time, and whether it is one
-    /// particle's; the mean weighs each by its transit time. --n is the record of a burst, 3 to 20 times its standard deviation
+    /// Measures bursts, as of particles in a laser-Doppler velocimeter: frequency, time, transit time and validation of each, and their mean
+    /// weighted by the transit time. --n is the record of a burst, 3 to 20 times its standard deviation
     #[arg(long, conflicts_with_all = ["method", "arith", "most", "harmonics", "track", "hop"])]
     burst: bool,
-    /// Adds this many blocks without their phases, for echoes too weak for one: 5 dB weaker for ten times as many
+    /// Adds the spectra of this many blocks, for echoes too weak for one: ten times as many show echoes 5 dB weaker
     #[arg(long, value_name = "BLOCKS", value_parser = clap::value_parser!(u32).range(1..=i64::from(picket_dsp::accumulate::MOST_BLOCKS)), conflicts_with_all = ["method", "arith", "most", "harmonics", "track", "burst"])]
     accumulate: Option<u32>,
-    /// How fast the line moves during a sum, Hz per second
+    /// Rate at which the line moves during a sum, Hz per second
     #[arg(long, value_name = "HZ_PER_S", value_parser = cli::number, allow_negative_numbers = true, default_value_t = 0.0, requires = "accumulate")]
     drift: f64,
-    /// One JSON object a line
+    /// Prints one JSON object per line
     #[arg(long, conflicts_with = "csv")]
     json: bool,
-    /// Comma-separated values
+    /// Prints comma-separated values
     #[arg(long)]
     csv: bool,
 }
@@ -148,7 +148,7 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
     }
     if options.plot.is_some() {
         return Err(
-            "--plot draws tracks: add --track; or the spectrum, where FILE is all that is given"
+            "--plot draws tracks: add --track; or the spectrum: give FILE and no other option"
                 .into(),
         );
     }

@@ -17,10 +17,10 @@ use std::path::PathBuf;
 pub struct Input {
     /// The recording: wav, FLAC, SigMF, npy, npz, mat, csv, headerless numbers, or JSON lines; - for stdin
     pub file: PathBuf,
-    /// Format; else by the file's name and its first bytes
+    /// Format [default: from the file's name and its first bytes]
     #[arg(long, value_enum)]
     pub format: Option<Format>,
-    /// Samples per second, where the file does not know; without, frequencies are in cycles per sample
+    /// Samples per second, if the file does not state them; without a rate, frequencies are in cycles per sample
     #[arg(long, value_name = "HZ", allow_hyphen_values = true, value_parser = cli::hertz)]
     pub rate: Option<f64>,
     /// Samples in a block: 64, 128, ... 4096 [default: 1024; JSON: the whole record]
@@ -29,56 +29,58 @@ pub struct Input {
     /// Samples from one block's start to the next [default: N]
     #[arg(long, value_parser = cli::count::<{ 1 << 40 }>)]
     pub hop: Option<usize>,
-    /// The channel or column, from 1; two, as 2,3, are I and Q
+    /// The channel or column, counted from 1; two, as in 2,3, are I and Q
     #[arg(long, visible_alias = "column", value_name = "C[,Q]", value_parser = channel)]
     pub channel: Option<(usize, Option<usize>)>,
-    /// Commas in a csv file are decimal, not between columns
+    /// Commas in a csv file are decimal points, not separators
     #[arg(long)]
     pub decimal_comma: bool,
     /// Channels of headerless numbers, in turn; --channel chooses
     #[arg(long, value_name = "COUNT", value_parser = cli::count::<256>)]
     pub channels: Option<usize>,
-    /// What each side of an array counts: frame, chirp, rx, sample, iq, as in chirp,rx,sample; of several receivers --channel chooses
+    /// The axes of an array, of frame, chirp, rx, sample and iq, as in chirp,rx,sample; --channel selects a receiver
     #[arg(long, value_name = "SIDES")]
     pub axes: Option<Axes>,
-    /// The part that is read of a table whose rate changes, from 1 [default: the longest]
+    /// The part to read of a table whose rate changes, counted from 1 [default: the longest]
     #[arg(long, value_name = "PART", value_parser = cli::count::<64>)]
     pub part: Option<usize>,
-    /// Samples to leave out at the start
+    /// Samples to skip at the start
     #[arg(long, default_value_t = 0)]
     pub skip: u64,
-    /// Two channels, or pairs of integers, are I and Q
+    /// Takes two channels, or pairs of numbers, as I and Q
     #[arg(long)]
     pub iq: bool,
-    /// Band searched in hertz, both ends included
+    /// Band to search, Hz, both ends included
     #[arg(long, value_name = "LO:HI", value_parser = band::parse, allow_hyphen_values = true)]
     pub band: Option<(f64, f64)>,
     /// Bins on each side that least squares reads: 4, 8 or 16
     #[arg(long, default_value_t = 16)]
     pub k: usize,
-    /// Arithmetic, of boards with an FPU or without
+    /// Arithmetic: that of boards with an FPU, or without
     #[arg(long, value_enum, default_value_t)]
     pub arith: Arithmetic,
-    /// How closely a line that is no steady tone is looked at: look, by tests as boards do; full, by a joint fit of all that is there; one,
-    /// with one cause beside the tone
-    #[arg(long, value_name = "EFFORT", default_value = Effort::default().name(), value_parser = effort)]
+    /// How much work to spend on a line that is not a steady tone:
+    /// - look: tests only, the least work
+    /// - one: also tries a drift or hum
+    /// - full: a joint fit with other lines and changes of the tone
+    #[arg(long, verbatim_doc_comment, value_name = "EFFORT", default_value = Effort::default().name(), value_parser = effort)]
     pub effort: Effort,
-    /// Linewidth of the laser, Hz, full width at half maximum: sigma covers it (docs/signals.md)
+    /// Linewidth of the laser, Hz, full width at half maximum; sigma then covers it (docs/signals.md)
     #[arg(long, value_name = "HZ", default_value_t = 0.0, value_parser = width)]
     pub linewidth: f32,
-    /// Bandwidth of the echo's envelope, Hz, full width at half maximum, as of speckle: sigma covers it (docs/signals.md)
+    /// Bandwidth of the echo's envelope, Hz, full width at half maximum, as of speckle; sigma then covers it (docs/signals.md)
     #[arg(long, value_name = "HZ", default_value_t = 0.0, value_parser = width)]
     pub envelope: f32,
-    /// Width of the converter's codes, 8, 10, 12, 14 or 16, in files of any format: where they clip. Whole numbers are codes
+    /// Bits of the converter: 8, 10, 12, 14 or 16. They decide where samples clip, in files of any format; whole numbers are codes
     #[arg(long, default_value_t = 16)]
     pub bits: u32,
-    /// Codes count from 0, as a microcontroller's converter gives them
+    /// Codes count from 0, as those of a microcontroller's converter do
     #[arg(long)]
     pub unsigned: bool,
-    /// Factor to the usual codes of the format [default: 1 for integers of 16 bits; others use all 16 bits]
+    /// Factor from the file's numbers to codes [default: 1 for integers of 16 bits; others use all 16 bits]
     #[arg(long)]
     pub scale: Option<f64>,
-    /// Probability of a false alarm in a block of noise, above 0 and at most 0.5
+    /// Probability that a block of noise passes for a tone, above 0 and at most 0.5
     #[arg(long, value_name = "P", default_value_t = Config::new(1.0, Codes::signed::<12>()).false_alarm, value_parser = cli::number)]
     pub false_alarm: f64,
 }

@@ -19,7 +19,7 @@ pub fn rows(answer: &Answer) -> Vec<Row> {
     let [nothing, weights @ ..] = &answer.weights;
     let mut rows = vec![row(
         "nothing-more",
-        "how probable it is that nothing else is there",
+        "how probable it is that there is nothing else",
         Some(f64::from(*nothing)),
         String::new(),
     )];
@@ -32,14 +32,14 @@ pub fn rows(answer: &Answer) -> Vec<Row> {
         rows.push(row(cause.name(), about(cause), Some(f64::from(*weight)), followed));
     }
     let followed = match (answer.unresolved, answer.moves) {
-        (true, _) => "more is there than the fit takes: the tests above decide",
+        (true, _) => "the joint fit leaves too much: the tests above decide",
         (false, true) => "one tone that changes: moving",
-        (false, false) => "one steady tone beside the rest",
+        (false, false) => "one steady tone, and the causes that joined",
     };
     rows.push(Row {
         fired: answer.unresolved || answer.moves,
         decides: true,
-        ..row("joint-fit", "what the joint fit amounts to", None, followed.to_owned())
+        ..row("joint-fit", "result of the joint fit", None, followed.to_owned())
     });
     rows
 }

@@ -16,20 +16,20 @@ use serde::{Serialize, Serializer};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Explains the verdict on one block of a recording: every test with its value, its limit and what followed.
+/// Explains the verdict on one block of a recording: every test with its value, its limit and its result.
 #[derive(Args, Debug)]
 pub struct Options {
     #[command(flatten)]
     input: Input,
-    /// The block, counted from 0 as `picket analyze` counts them with the same options
+    /// The block, counted from 0, as `picket analyze` counts with the same options
     #[arg(long, value_name = "NUMBER")]
     block: u64,
-    /// Draws the bins around the peak, the fit and what it leaves into this file, SVG or PNG by its name
+    /// Draws the bins around the peak, the fit and its residual into this file, SVG or PNG by its name
     #[arg(long, value_name = "FILE", value_parser = cli::picture)]
     plot: Option<PathBuf>,
     #[command(flatten)]
     output: Output,
-    /// One JSON object
+    /// Prints one JSON object
     #[arg(long)]
     json: bool,
 }

@@ -137,7 +137,7 @@ pub fn from_notes(notes: &[Note]) -> Vec<Row> {
                 let taken = if *taken { "" } else { "; not better, so this fit is dropped" };
                 rows.push(Row {
                     test: "line",
-                    about: "variance over that of the noise alone",
+                    about: "square of sigma over that of the noise alone, 1 at best",
                     fit,
                     value: Some(judgement.variance_inflation.into()),
                     limit: None,
@@ -173,7 +173,7 @@ pub fn from_evidence(evidence: &Evidence, n: usize) -> Vec<Row> {
     let rules: [(bool, Verdict); RULES] = evidence.rules();
     let about: [_; RULES] = [
         ("found", "there is a peak in the band, and a fit to it", None, ""),
-        ("detection", "the line is told from noise", None, ""),
+        ("detection", "the line is above the noise", None, ""),
         ("sigma", "sigma is less than the whole spectrum", sigma, "bins"),
         ("steady", "the line does not change within the block", None, ""),
         ("alone", "the line is a single tone", None, ""),

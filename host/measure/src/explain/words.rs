@@ -49,13 +49,14 @@ const _: () = {
     }
 };
 
-/// Sense, what is compared, its unit, and what follows from a value above the limit and from another.
+/// Sense, what is compared, its unit, and the result of a value above the limit and of another. A power counts in multiples of the
+/// noise's.
 const fn of(statistic: Statistic) -> (Sense, &'static str, &'static str, [&'static str; 2]) {
     use Sense::{Alarm, Must, Path};
-    const TOLD: [&str; 2] = ["told from this noise", "it may be noise: weak"];
-    const EITHER: [&str; 2] = ["told from this noise", "not by this test"];
-    const LOOK: [&str; 2] = ["looked at more closely", "no more than noise leaves"];
-    const REST: [&str; 2] = ["more than noise leaves: no steady tone", "as noise leaves"];
+    const TOLD: [&str; 2] = ["above this noise", "it may be noise: weak"];
+    const EITHER: [&str; 2] = ["above this noise", "not by this test"];
+    const LOOK: [&str; 2] = ["needs a closer look", "no more than noise leaves"];
+    const REST: [&str; 2] = ["more than noise leaves: not a steady tone", "as noise leaves"];
     const PART: [&str; 2] = ["-"; 2];
     const ONE: [&str; 2] =
         ["changes of one tone do not explain it", "changes of one tone explain it"];
@@ -65,24 +66,24 @@ const fn of(statistic: Statistic) -> (Sense, &'static str, &'static str, [&'stat
             Path,
             "line over the loudest noise near it",
             "dB",
-            ["detected by far: no other test is needed", "not by far: more tests of detection"],
+            ["far above: no other test is needed", "not far above: more tests of detection"],
         ),
         Statistic::Hump => (
             Path,
             "noise near the line over the ring's",
             "",
             [
-                "the ring does not tell this noise: the residual decides",
-                "the ring tells this noise",
+                "the ring does not show this noise: the residual decides",
+                "the ring shows this noise",
             ],
         ),
         Statistic::MiddleResidual => {
-            (Must, "line over the middle one of three residuals", "dB", EITHER)
+            (Must, "line over the median of three residuals", "dB", EITHER)
         }
-        Statistic::LeastResidual => (Must, "line over the least of three residuals", "dB", TOLD),
+        Statistic::LeastResidual => (Must, "line over the smallest of three residuals", "dB", TOLD),
         Statistic::MeanResidual => (Must, "line over the mean residual", "dB", TOLD),
         Statistic::WideRing => (Must, "line over the noise of a wide ring", "dB", TOLD),
-        Statistic::Ring => (Must, "line over the louder side's noise", "dB", TOLD),
+        Statistic::Ring => (Must, "line over the noise of the louder side", "dB", TOLD),
         Statistic::LouderHalf => (
             Path,
             "residual of the louder half of the bins over the floor",
@@ -94,31 +95,35 @@ const fn of(statistic: Statistic) -> (Sense, &'static str, &'static str, [&'stat
         }
         Statistic::NoiseEdge => (
             Path,
-            "louder side's noise over the quieter side's",
+            "noise of the louder side over the quieter one's",
             "dB",
-            ["an edge of the noise: taken from the residual", "noise alike on both sides"],
+            ["an edge in the noise: the residual gives the noise", "noise alike on both sides"],
         ),
-        Statistic::Changes => (Path, "power along changes of the tone, first look", "", LOOK),
-        Statistic::Within2 => (Path, "residual up to 2 bins off, first look", "", LOOK),
-        Statistic::Within4 => (Path, "residual up to 4 bins off, first look", "", LOOK),
-        Statistic::WithinAll => (Path, "residual of all bins, first look", "", LOOK),
-        Statistic::Level => (Path, "of moves: a changing level", "", PART),
-        Statistic::Bend => (Path, "of moves: a phase that bends", "", PART),
-        Statistic::Twist => (Path, "of moves: a phase of order 3", "", PART),
+        Statistic::Changes => {
+            (Path, "power along changes of the tone, first look", "x noise", LOOK)
+        }
+        Statistic::Within2 => (Path, "residual up to 2 bins off, first look", "x noise", LOOK),
+        Statistic::Within4 => (Path, "residual up to 4 bins off, first look", "x noise", LOOK),
+        Statistic::WithinAll => (Path, "residual of all bins, first look", "x noise", LOOK),
+        Statistic::Level => (Path, "part of moves: a changing level", "x noise", PART),
+        Statistic::Bend => (Path, "part of moves: a phase that bends", "x noise", PART),
+        Statistic::Twist => (Path, "part of moves: a phase of order 3", "x noise", PART),
         Statistic::Moves => (
             Alarm,
             "power along changes of the tone",
-            "",
-            ["it changes within the block: no steady tone", "no change beyond chance"],
+            "x noise",
+            ["it changes within the block: not a steady tone", "no change beyond chance"],
         ),
-        Statistic::Near2 => (Alarm, "residual up to 2 bins off", "", REST),
-        Statistic::Near4 => (Alarm, "residual up to 4 bins off", "", REST),
-        Statistic::All => (Alarm, "residual of all bins", "", REST),
-        Statistic::Unexplained8 => (Alarm, "residual less changes, up to 8 bins off", "", ONE),
-        Statistic::Unexplained => (Alarm, "residual less changes, of all bins", "", ONE),
+        Statistic::Near2 => (Alarm, "residual up to 2 bins off", "x noise", REST),
+        Statistic::Near4 => (Alarm, "residual up to 4 bins off", "x noise", REST),
+        Statistic::All => (Alarm, "residual of all bins", "x noise", REST),
+        Statistic::Unexplained8 => {
+            (Alarm, "residual without changes, up to 8 bins off", "x noise", ONE)
+        }
+        Statistic::Unexplained => (Alarm, "residual without changes, all bins", "x noise", ONE),
         Statistic::Share => (
             Alarm,
-            "what changes do not explain over what they do",
+            "power that changes do not explain, over what they explain",
             "",
             ["too much for one tone: unresolved", "changes explain most: moving"],
         ),
@@ -150,35 +155,38 @@ const fn of(statistic: Statistic) -> (Sense, &'static str, &'static str, [&'stat
             Path,
             "power of the band's other bins over the tone's",
             "dB",
-            ["looked at the power of the samples", "the tone is nearly all there is"],
+            ["the power of the samples must be compared", "the tone has nearly all the power"],
         ),
         Statistic::TwoTones => (
             Alarm,
-            "power of the samples over the most of two tones between the rails",
+            "power of the samples over the largest of two tones between the rails",
             "",
-            ["no tones have so much: front-end", "as tones between the rails may have"],
+            ["more than any tones: front-end", "as tones between the rails may have"],
         ),
         Statistic::ThreeTones => (
             Path,
-            "power of the samples over the most of three tones between the rails",
+            "power of the samples over the largest of three tones between the rails",
             "",
-            ["too much for three tones: counted the lines", "as tones between the rails may have"],
+            [
+                "too much for three tones: the lines are counted",
+                "as tones between the rails may have",
+            ],
         ),
         Statistic::Lines => (
             Alarm,
             "lines with a fiftieth of the tone's power or more",
             "",
-            ["three or more with so much power: front-end", "two tones may have so much"],
+            ["three or more: front-end", "as two tones may have"],
         ),
         Statistic::Exchanged => (
             Path,
-            "line where exchanged samples put one, over the noise",
+            "line that exchanged samples would make, over the noise",
             "sigma",
-            ["compared with what an exchange makes", "no such line"],
+            ["must be compared with the line of an exchange", "no such line"],
         ),
         Statistic::ExchangedRest => (
             Must,
-            "what an exchange of samples leaves of that line",
+            "residual of that line after an exchange of samples",
             "",
             ["it is another line", "nothing: front-end"],
         ),

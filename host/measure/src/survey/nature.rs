@@ -44,20 +44,18 @@ impl Nature {
     /// The words for it.
     pub fn text(self) -> String {
         match self {
-            Nature::Steady => "steady: one tone that stays where it is".into(),
+            Nature::Steady => "steady: one tone of constant frequency".into(),
             Nature::Moving => "moving: one tone whose frequency changes".into(),
-            Nature::Several => {
-                "several: tones beside each other; --most 2 measures two of them".into()
-            }
+            Nature::Several => "several: more than one tone; --most 2 measures two of them".into(),
             Nature::Bursts => "bursts: a tone that comes and goes".into(),
-            Nature::Chirps(period) => format!("chirps: it comes again every {period} samples"),
+            Nature::Chirps(period) => format!("chirps: the signal repeats every {period} samples"),
             Nature::Records(row) => format!("records of {row} samples with a tone in each"),
             Nature::Series(hz) => format!("series: harmonics of {hz:.2} Hz"),
             Nature::Silence => "silence: every sample is the same".into(),
             Nature::Unknown => {
-                "unknown: something stands out, but no way of measuring it held in a trial".into()
+                "unknown: there is a signal, but no command measured it consistently".into()
             }
-            Nature::Noise => "noise: nothing stands out".into(),
+            Nature::Noise => "noise: no signal stands out".into(),
         }
     }
 }
