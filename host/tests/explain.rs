@@ -137,7 +137,7 @@ fn people_read_a_table_and_see_a_picture() {
         "{text}"
     );
     assert!(
-        text.contains("what followed") && text.contains("it changes within the block"),
+        text.contains("consequence") && text.contains("it changes within the block"),
         "{text}"
     );
     let picture = fs::read_to_string(picture).unwrap();

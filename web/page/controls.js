@@ -88,7 +88,7 @@ const LENGTHS = [64, 128, 256, 512, 1024, 2048, 4096];
 const CODES = [["12", "12 bits, signed"], ["-12", "12 bits, from 0"], ["14", "14 bits, signed"], ["16", "16 bits, signed"]];
 
 const MIXINGS = [["0", "tx-conj-rx"], ["1", "rx-conj-tx"]];
-const MIXING = "Which signal an I/Q receiver conjugates. To check it, move a hand towards the antenna: the velocity must be positive, else choose the other one.";
+const MIXING = "Which signal an I/Q receiver conjugates. To check it, move a hand towards the antenna: if the velocity is negative, choose the other one.";
 
 const SUMS = [["1", "each block"], ["10", "10 blocks"], ["100", "100 blocks"]];
 

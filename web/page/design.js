@@ -64,7 +64,7 @@ export class Design {
     const question = this.question();
     const half = (question.bandwidth_hz > 0) !== (question.chirp_s > 0);
     const wrong = !(question.wavelength_m > 0) ? "the carrier or the wavelength is missing"
-      : half ? "a chirp has a bandwidth and the time of its ramp"
+      : half ? "a chirp needs a bandwidth and the duration of its ramp"
       : !question.chirp_s && (question.range_m || question.sigma_m) ? "ranges need a chirp" : "";
     const found = wrong ? { wrong } : this.finder.design(question);
     const { chosen = -1, settings = "", head = [], rows = [], lengths = [], sentences = [] } = found;
@@ -79,7 +79,7 @@ export class Design {
     table.tBodies[0].replaceChildren(...rows.map((cells, index) => {
       const [first, ...others] = cells;
       const row = make("tr", { className: index === chosen ? "chosen" : "" }, make("th", { scope: "row", textContent: first }), ...others.map((textContent) => make("td", { textContent })));
-      if (index === chosen) row.firstChild.append(make("span", { textContent: " \u2713", title: "the shortest that reaches what is wanted" }));
+      if (index === chosen) row.firstChild.append(make("span", { textContent: " \u2713", title: "the shortest that reaches the wanted sigma" }));
       return row;
     }));
     const range = question.chirp_s > 0 && !question.velocity_mps;

@@ -188,7 +188,7 @@ async function connect() {
 
 /** Loads what finds more than one tone and explains a verdict, once that is wanted. */
 async function finder() {
-  page.finder ??= await Tones.load().catch((error) => void notice(`This cannot be had: ${error.message}.`));
+  page.finder ??= await Tones.load().catch((error) => void notice(`This failed: ${error.message}.`));
   return page.finder;
 }
 
@@ -203,8 +203,8 @@ const SEGMENTS = ["", ", rising ramp", ", flat segment", ", falling ramp"];
 /** Explains the verdict on the block that is drawn; the page holds still until that is closed. */
 async function explain() {
   if (!$("why").hidden) return unexplain();
-  if (bursts()) return notice("A burst is judged as a whole: its validation stands below the answer. Choose another scene for the tests behind a verdict.");
-  if (summed()) return notice("A sum is judged as a whole: by how seldom noise alone has such a line. Let each block have its answer for the tests behind a verdict.");
+  if (bursts()) return notice("A burst is judged as a whole: its validation is shown below the answer. Choose another scene to see the tests behind a verdict.");
+  if (summed()) return notice("A sum is judged as a whole: by how rarely noise alone has such a line. Let each block have its answer to see the tests behind a verdict.");
   const turn = page.turn;
   const held = page.paused;
   pause(true);
@@ -213,7 +213,7 @@ async function explain() {
   const row = page.rows.findLast(({ segment }) => segment <= 1);
   if (!explained || !row) {
     pause(held);
-    if (found && turn === page.turn) notice(page.name === "board" ? "The board sends figures, not samples. Capture a block to have it explained." : "There is no block to explain yet.");
+    if (found && turn === page.turn) notice(page.name === "board" ? "The board sends answers, not samples. Capture a block to have it explained." : "There is no block to explain yet.");
     return;
   }
   page.held = held;
@@ -439,7 +439,7 @@ function draw(now) {
       pour(spectrum, row);
     }
   } else if (page.name === "board") {
-    for (const chart of [charts.spectrum, charts.zoom]) chart.empty("The board sends figures, not samples. Capture a block to see its spectrum.");
+    for (const chart of [charts.spectrum, charts.zoom]) chart.empty("The board sends answers, not samples. Capture a block to see its spectrum.");
   }
   titles();
   charts.first.show();

@@ -81,7 +81,7 @@ export class Microphone {
 
   /** Asks for it; gives its sample rate, or what is wrong. */
   async listen() {
-    if (!navigator.mediaDevices?.getUserMedia) return { wrong: "This browser gives no microphone to this page: open it on localhost or by https." };
+    if (!navigator.mediaDevices?.getUserMedia) return { wrong: "This browser does not give this page a microphone: open it on localhost or by https." };
     const audio = { echoCancellation: false, noiseSuppression: false, autoGainControl: false };
     try {
       this.stream = await navigator.mediaDevices.getUserMedia({ audio });
@@ -128,7 +128,7 @@ export class Board {
     try {
       await this.port.open({ baudRate: 921600, bufferSize: 65536 });
     } catch {
-      return "The port does not open: does another program, such as picket watch, hold it?";
+      return "The port does not open: is another program, such as picket watch, using it?";
     }
     this.listen();
     await this.order("identify");
@@ -146,7 +146,7 @@ export class Board {
       }
       if (!this.stopped) this.told("The board has sent everything.");
     } catch {
-      if (!this.stopped) this.told("The board is gone: plug it in again, and connect.");
+      if (!this.stopped) this.told("The board is unplugged: plug it in again, and connect.");
     }
   }
 

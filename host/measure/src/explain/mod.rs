@@ -129,7 +129,7 @@ fn text(explanation: &Explanation, rows: &[Row]) -> String {
         "limit",
         "",
         "outcome",
-        "what followed",
+        "consequence",
     ]);
     for column in [2, 3] {
         if let Some(column) = table.column_mut(column) {
