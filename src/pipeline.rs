@@ -122,7 +122,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         self.ramps.forget();
     }
 
-    /// Measures one block. Cost: one transform, one search, one fit and one estimate of the noise; where the line is no steady tone, up to
+    /// Measures one block. Cost: one transform, one search, one fit and one estimate of the noise; where the line is not a steady tone, up to
     /// two more fits, see [`Effort`](crate::tone::effort::Effort).
     pub fn block(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) -> Measurement {
         self.transform(samples);

@@ -6,7 +6,7 @@
 //! infinite; another such number is read as NaN.
 //!
 //! What a user sets is read strictly: a field that is not known, a name that this program does not have, codes that no converter has
-//! are errors. A field that is missing has its default, but for the rate and the codes of a [`Config`] and for the wavelength and the
+//! are errors. A field that is missing has its default, except for the rate and the codes of a [`Config`] and for the wavelength and the
 //! angle of a Doppler shift, which have none. Whether all of them together can work is the question of [`Config::plan`].
 
 use crate::acquire::sample::{Segment, Stamp};

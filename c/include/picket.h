@@ -211,7 +211,7 @@ const char *picket_validation_name(uint8_t validation); /* "valid", "two-particl
 /* ---- What goes in ---- */
 
 /* made by lab schema: structures in */
-/* What a user sets. Zeros are the library's own choice, but for the rate and the codes. */
+/* What a user sets. Zeros are the library's own choice, except for the rate and the codes. */
 typedef struct picket_config {
     double rate_hz; /* samples per second */
     double band_low_hz; /* the band searched; both 0: the whole spectrum */

@@ -15,14 +15,14 @@ use picket_dsp::{
     Tracker, Velocity,
 };
 
-/// A pipeline, its last measurement, and the number of the next block for who counts none.
+/// A pipeline, its last measurement, and the number of the next block for callers that count none.
 pub struct Meter<R: Record, const N: usize> {
     pipeline: Pipeline<R, N>,
     last: Option<Measurement>,
     number: u32,
 }
 
-/// A tracker, its last segment, and the number of the next block for who counts none.
+/// A tracker, its last segment, and the number of the next block for callers that count none.
 pub struct Follower<R: Record, const N: usize> {
     tracker: Tracker<R, N>,
     rate_hz: f64,

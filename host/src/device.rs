@@ -1,4 +1,4 @@
-//! What an instrument says over its serial port, told apart and counted.
+//! What an instrument says over its serial port, distinguished and counted.
 
 use picket_wire::boot::Boot;
 use picket_wire::burst::Burst;
@@ -45,7 +45,7 @@ pub enum Said {
 pub struct Listener {
     reader: Reader,
     last: Option<u32>,
-    /// The block of the last measurement, and its sample rate where it tells one.
+    /// The block of the last measurement, and its sample rate if it reports one.
     told: Option<(u32, Option<f64>)>,
     /// Measurements.
     pub records: u64,
@@ -106,7 +106,7 @@ impl Listener {
         bytes.iter().filter_map(|&byte| self.push(byte)).collect()
     }
 
-    /// The sample rate of the last measurement, where it tells one.
+    /// The sample rate of the last measurement, if it reports one.
     pub fn rate_hz(&self) -> Option<f64> {
         self.told.and_then(|(_, rate)| rate)
     }
@@ -119,7 +119,7 @@ impl Listener {
     fn count(&mut self, sequence: u32) {
         self.records += 1;
         let step = self.last.map_or(1, |last| sequence.wrapping_sub(last));
-        // A step back is a device that started anew.
+        // A step back is a device that restarted.
         self.skipped = if step < u32::MAX / 2 { step.saturating_sub(1).into() } else { 0 };
         self.missing += self.skipped;
         self.last = Some(sequence);
@@ -132,7 +132,7 @@ fn version(frame: &Frame) -> Option<u8> {
     frame.payload.first().copied().filter(|version| is_record && *version != VERSION)
 }
 
-/// The sample rate of a measurement, where it tells one.
+/// The sample rate of a measurement, if it reports one.
 fn rate_hz(record: &Telemetry) -> Option<f64> {
     Some(record.measurement.tone.rate_hz).filter(|rate| RATES_HZ.contains(rate))
 }

@@ -317,7 +317,7 @@ fn settings_alone_are_on_stdout_while_it_measures() {
     assert!(output.stderr.is_empty(), "{}", text(&output.stderr));
 }
 
-/// New settings start the board anew: it is deaf meanwhile, and the order to keep them is sent again.
+/// New settings start the board again: it is deaf meanwhile, and the order to keep them is sent again.
 #[test]
 fn settings_are_kept_though_the_board_starts_anew() {
     let (name, file) = (path("port-save"), path("settings.json"));

@@ -155,7 +155,7 @@ fn asked(orders: &mpsc::Receiver<Order>) -> usize {
     orders.try_iter().filter(|order| *order == Order::GetSettings).count()
 }
 
-/// A board that starts anew, or whose records tell of another rate, is asked for its settings again; so is one whose port is opened
+/// A board that restarts, or whose records tell of another rate, is asked for its settings again; so is one whose port is opened
 /// again, and its records have their own rate before the answer.
 #[test]
 fn the_settings_are_asked_for_again() {

@@ -22,7 +22,7 @@ pub const RATES: [f64; 2] = [250e3, 100e3];
 /// How it comes that the rate is another one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scene {
-    /// The board starts anew.
+    /// The board restarts.
     Restart,
     /// The recording begins in the middle of a record.
     Partial,

@@ -39,7 +39,7 @@ impl Refusals {
 /// Saves in one go, by this program and the programs that it restarts.
 const SAVES: u32 = 16;
 /// Seconds until one more save is permitted. A page of flash endures 10,000 erasures: with a host that saves as often as permitted two
-/// pages by turns then last 139 days, and longer than any instrument with a host that saves only at its setup.
+/// pages in turn then last 139 days, and longer than any instrument with a host that saves only at its setup.
 const SECONDS_A_SAVE: u32 = 600;
 
 /// The recent saves. Each wears a page of flash.

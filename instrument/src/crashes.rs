@@ -17,7 +17,7 @@ pub struct Crashes(u32);
 
 impl Crashes {
     /// The count at a start, from the word in kept memory and the end of the last program. A start by an order, by the button or by power
-    /// begins anew.
+    /// begins again.
     pub const fn at_start(word: u32, causes: Causes, last: &LastEnd) -> Self {
         // A fault, an unexpected interrupt, a panic; or the watchdog.
         let crashed = matches!(last.kind, 1 | 2 | 4 | 5) || causes.0 & 8 != 0;

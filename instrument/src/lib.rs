@@ -16,7 +16,7 @@
 //! - [`slot`] is the memory of a block, [`adf4159`] the words of a ramp synthesiser.
 //!
 //! The crate has no panic handler and touches no register. It does not reset the chip, sleep or wait: [`instrument::End`] says when a
-//! program shall start anew. It allocates nothing and cannot panic.
+//! program shall restart. It allocates nothing and cannot panic.
 #![no_std]
 #![cfg_attr(
     not(test),

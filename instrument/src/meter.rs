@@ -128,7 +128,7 @@ impl<const N: usize, const TWICE: usize> Idle for Alternating<N, TWICE> {
     const IDLE: Self = Alternating::IDLE;
 }
 
-/// Pairs that one converter takes by turns.
+/// Pairs that one converter takes in turn.
 impl<const N: usize, const TWICE: usize> Meter<Iq, N> for Alternating<N, TWICE> {
     fn set_plan(&mut self, plan: Plan<Iq, N>) {
         Alternating::set_plan(self, plan);

@@ -105,7 +105,7 @@ mod tests {
         }
     }
 
-    /// Saves by turns, and finds the newest page after each save. Memory around the pages does not change.
+    /// Saves in turn, and finds the newest page after each save. Memory around the pages does not change.
     fn turns<const UNIT: usize>() {
         let mut pages = Pages::new(Chip::<UNIT>(std::vec![0xA5; 16384]), [4096, 8192]);
         assert_eq!(load(&pages), None);

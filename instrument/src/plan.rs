@@ -68,7 +68,7 @@ impl<const N: usize> Plan<N> {
         Basis { settings, clock, effort: self.plan.options.effort.number() }
     }
 
-    /// Checks settings for a board that can neither make a chirp nor follow one, and whose worst block nobody has searched for.
+    /// Checks settings for a board that can neither make a chirp nor follow one, and whose worst block is not known.
     ///
     /// # Errors
     /// The errors of [`Plan::new`], and settings with a drive, or with a rate that must hold for the worst block.
@@ -83,7 +83,7 @@ impl<const N: usize> Plan<N> {
 }
 
 /// Checks that a block of `cycles` holds the worst block that is known, where the settings want that. `worst` has the cycles of that block
-/// at the efforts `look` and `one`, `None` where nobody has searched for it; `target` has the cycles for the target of a sawtooth. The
+/// at the efforts `look` and `one`, `None` where it is not known; `target` has the cycles for the target of a sawtooth. The
 /// searches know one tone of a block, by least squares. The lines that a triangle and a trapezoid look for beside it are not searched.
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! Settings in flash, in two pages by turns, so that one page is whole whenever the power fails.
+//! Settings in flash, in two pages in turn, so that one page is whole whenever the power fails.
 //!
 //! ```text
 //! page:  magic and length | sequence | payload, word by word | CRC-32 of all before

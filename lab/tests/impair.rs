@@ -61,7 +61,7 @@ fn frequencies_change_as_stated() {
 
         let step = clean::<Iq>("frequency-step:10", trial);
         let found = steps(&step.samples);
-        // Continuous in phase: the mean over the samples there are is that over the block, but for its ends.
+        // Continuous in phase: the mean over the samples there are is that over the block, except for its ends.
         near(mean(&found), step.bins, 10.0 * 2.0 / N as f64);
         near(found[0], step.nominal_bins, 1e-6);
         near((found[N - 2] - found[0]).abs(), 10.0, 1e-6);
@@ -211,7 +211,7 @@ fn modulation_is_what_is_stated() {
         let own: Vec<f64> = steps(&fm.samples).iter().map(|s| s - fm.nominal_bins).collect();
         near(own.iter().copied().fold(0.0, f64::max), 3.0, 1e-3);
         near(own.iter().copied().fold(0.0, f64::min), -3.0, 1e-3);
-        // The mean over the samples is that over the block, but for half a sample at both ends.
+        // The mean over the samples is that over the block, except for half a sample at both ends.
         near(mean(&own), fm.bins - fm.nominal_bins, 3.0 * 2.0 / N as f64);
         let quarter = N as f64 / 2.3 / 4.0;
         let turned = own.iter().zip(&own[2 * quarter.round() as usize..]);

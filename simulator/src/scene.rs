@@ -275,7 +275,7 @@ pub enum Change {
     Keyed {
         /// Bits a second.
         bits_hz: Value,
-        /// Whether they come by turns; else at random.
+        /// Whether they come in turn; else at random.
         #[serde(default)]
         by_turns: bool,
     },

@@ -1,4 +1,4 @@
-//! A number of a scene: fixed, drawn anew for each run, or changing with time.
+//! A number of a scene: fixed, drawn again for each run, or changing with time.
 
 use crate::draw::Draw;
 use core::fmt;

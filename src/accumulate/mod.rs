@@ -201,7 +201,7 @@ impl<R: Record, const N: usize> Accumulator<R, N> {
         self
     }
 
-    /// Begins anew with these blocks in a sum, this move of the line in bins from block to block, and this probability of a false alarm:
+    /// Begins again with these blocks in a sum, this move of the line in bins from block to block, and this probability of a false alarm:
     /// each held to its range.
     pub fn set_plan(&mut self, blocks: u32, drift_bins: f32, false_alarm: f64) {
         self.progress.blocks = blocks.clamp(1, MOST_BLOCKS);

@@ -242,7 +242,7 @@ impl<R: Record, const N: usize> BurstDetector<R, N> {
         self.free = self.free.max(self.clock);
     }
 
-    /// Puts samples of one cell into the ring, whose length is a multiple of the cell's but for gaps.
+    /// Puts samples of one cell into the ring, whose length is a multiple of the cell's except for gaps.
     fn store(&mut self, samples: &[R::Sample]) {
         let ring = self.ring.as_flattened_mut();
         let at = self.clock as usize & (2 * N - 1);

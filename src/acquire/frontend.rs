@@ -277,7 +277,7 @@ impl<D: Dma> Filler<'_, D> {
         }
     }
 
-    /// Starts the chain anew without a fault, as after a pause. The blocks that passed are counted
+    /// Starts the chain again without a fault, as after a pause. The blocks that passed are counted
     /// as broken, and the next one follows a gap.
     pub fn restart(&mut self) {
         self.restart_after(0);
@@ -300,7 +300,7 @@ impl<D: Dma> Filler<'_, D> {
         self.restart_after(status.completed);
     }
 
-    /// Starts the chain anew. The `completed` blocks and the blocks that passed count as broken.
+    /// Starts the chain again. The `completed` blocks and the blocks that passed count as broken.
     fn restart_after(&mut self, completed: u32) {
         let broken = completed.saturating_add(self.dma.restart());
         count(&mut self.counters.broken, broken);

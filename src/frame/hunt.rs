@@ -164,7 +164,7 @@ impl Hunt<'_> {
         for index in 0..self.map.echoes.len() {
             let Some(&echo) = self.map.echoes.get(index) else { continue };
             let Some(beside) = noise::beside(&self.map, &echo) else { continue };
-            // Another alias walks otherwise: it is fitted anew.
+            // Another alias walks otherwise: it is fitted again.
             if self.choose(index) {
                 for _ in 0..3 {
                     if let Some(fitted) = self.fit(index, false)

@@ -47,7 +47,7 @@ pub struct FrameTarget {
 /// From these odds on an alias is decided by the target's own way through the frame.
 const SURE: f32 = 1e4;
 
-/// Two echoes are too near each other to be told apart within this many bins in both directions.
+/// Two echoes are too near each other to be distinguished within this many bins in both directions.
 const CROWDED: f32 = 2.0;
 
 /// An end of a real spectrum or the offset of an I/Q one disturbs a beat within this many bins.

@@ -1,4 +1,4 @@
-//! I/Q pairs that one converter takes by turns: I, Q, I, Q, at equal distances.
+//! I/Q pairs that one converter takes in turn: I, Q, I, Q, at equal distances.
 //!
 //! In such pairs the Q comes half a pair late. If they are measured as simultaneous, a tone of `f` cycles per pair has an image of
 //! `tan(pi f / 2)` of the tone at minus its frequency. Turning each bin of Q back by its delay is right only for a tone with a whole number
@@ -43,7 +43,7 @@ use crate::tone::{Tone, Verdict};
 use fixed::types::I0F32;
 use num_complex::Complex;
 
-/// A pipeline for `N` pairs that are taken by turns, which are `TWICE = 2 N` real samples.
+/// A pipeline for `N` pairs that are taken in turn, which are `TWICE = 2 N` real samples.
 ///
 /// ```
 /// use picket_dsp::pipeline::Alternating;
@@ -80,7 +80,7 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
         self.pipeline.spectrum()
     }
 
-    /// Whether a method works on pairs that are taken by turns: it must work on real records.
+    /// Whether a method works on pairs that are taken in turn: it must work on real records.
     pub const fn fits(method: Method) -> bool {
         method.from_kind::<Real>().fits::<Real>()
     }

@@ -2,7 +2,7 @@
 //!
 //! A way of half a wavelength turns the phase of a radar's tone once. So the phases of two blocks give the way between them, except for
 //! whole turns. The whole turns follow from other knowledge ([`Between`]): for a Doppler radar from the frequency itself, for a chirp from
-//! the target's low speed. If neither gives them for sure, the displacement starts anew.
+//! the target's low speed. If neither gives them for sure, the displacement restarts.
 
 use super::waveform::{Mixing, Scale, metres};
 use crate::acquire::sample::Stamp;
@@ -39,7 +39,7 @@ pub struct Displacement {
     /// of different starts do not belong together.
     pub start: u32,
     /// The verdict of the tone, or [`Verdict::Unresolved`] if the whole turns are not sure. The
-    /// displacement starts anew then.
+    /// displacement restarts then.
     pub verdict: Verdict,
 }
 

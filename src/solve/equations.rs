@@ -9,7 +9,7 @@
 //! y = s (k (2 R / c) (1 + 2 V / c) - 2 V f / c),    R = R0 - V (t - t0)
 //! ```
 //!
-//! Up, flat and down give `s (fR - fD)`, `-s fD` and `-s (fR + fD)`, each with its own carrier and its own range. But for the factor
+//! Up, flat and down give `s (fR - fD)`, `-s fD` and `-s (fR + fD)`, each with its own carrier and its own range. Except for the factor
 //! `1 + 2 V / c`, which [`super::chirp`] applies to the solution, this is linear in `R0` and `V`: one row of two
 //! coefficients a segment. The coefficients are computed in 64-bit floats when a plan is made. A record needs only products of
 //! its beats with them.

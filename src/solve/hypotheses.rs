@@ -4,7 +4,7 @@
 //! show the signs of beats, either. So every combination of lines and of signs is a hypothesis, with a weight: the likelihood of its
 //! beats (a trapezoid's three satisfy one condition), of its levels (the echoes of one target are equally strong), and of the way from a
 //! hypothesis of the last chirp (a ghost is not where its own velocity takes it). Bounds exclude what cannot be. Where one hypothesis is left,
-//! but for a probability of [`WRONG`], it is the target; otherwise the answer is [`Verdict::Ambiguous`] and lists them.
+//! except for a probability of [`WRONG`], it is the target; otherwise the answer is [`Verdict::Ambiguous`] and lists them.
 //!
 //! The knowledge is used in this order: beats, bounds, levels, last chirp. What decides first is told.
 
@@ -121,7 +121,7 @@ pub(crate) fn solve(
             for hypothesis in group.iter().filter(|h| weight(3, h) > most - SAME) {
                 let Hypothesis { range, velocity, sigma_range, sigma_velocity, .. } = *hypothesis;
                 let weight = weight(3, hypothesis) - most;
-                // Without room the target of another line is found anew.
+                // Without room the target of another line is found again.
                 let _ = kept.push(Before { range, velocity, sigma_range, sigma_velocity, weight });
             }
         }

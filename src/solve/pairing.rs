@@ -139,7 +139,7 @@ impl Pairing {
         });
         for &target in &fresh {
             let course = TargetHypothesis { target, misses: 0, sure: false, seen: true };
-            // Without room the target is seen anew in the next chirp.
+            // Without room the target is seen again in the next chirp.
             let _ = self.courses.push(course);
             let verdict = target.verdict.max(Verdict::Ambiguous);
             let _ = targets.push(Target { verdict, ..target });

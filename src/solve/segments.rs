@@ -21,7 +21,7 @@ impl Segments {
         Self { held: 0, last: 0 }
     }
 
-    /// The present chirp starts anew.
+    /// The present chirp restarts.
     pub fn forget(&mut self) {
         self.held = 0;
     }

@@ -30,7 +30,7 @@ pub const LISTED: usize = 8;
 /// The most whole turns that are tried.
 const TRIED: i32 = 1024;
 
-/// The fewest and the most chirps that a line goes through. After the most it starts anew.
+/// The fewest and the most chirps that a line goes through. After the most it restarts.
 const FEWEST: f32 = 3.0;
 const LONGEST: f32 = 256.0;
 
@@ -105,7 +105,7 @@ impl Sequence {
     /// that contradicts the range's movement is [`Verdict::Unresolved`].
     ///
     /// A target's own motion moves its beat within a chirp: such a beat is [`Verdict::Moving`], and continues the sequence. A gap, any
-    /// other tone that is not good, or a phase off the line starts the sequence anew.
+    /// other tone that is not good, or a phase off the line starts the sequence again.
     ///
     /// Cost: about a hundred operations, and thirty for each target.
     pub fn push(&mut self, stamp: &Stamp, phasor: &ToneWithPhase) -> Vec<Target, LISTED> {

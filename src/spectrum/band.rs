@@ -5,7 +5,7 @@ use crate::frequency::Frequency;
 /// Bins on each side of the peak that count as its skirt and not as noise.
 pub const SKIRT: i32 = 8;
 
-/// The bins that a search may return, both ends included, but for the bin of a constant offset.
+/// The bins that a search may return, both ends included, except for the bin of a constant offset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Band {

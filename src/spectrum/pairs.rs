@@ -192,7 +192,7 @@ mod tests {
         let skirt = found.skirt.unwrap();
         let floor_bins = (high - low + 1) as u32 - skirt.points;
         assert!(floor_bins == peak.floor_bins || 2 * floor_bins as usize > high - low, "{name}");
-        // The floor is the power of these bins, but for the rounding of a split (see `scan`).
+        // The floor is the power of these bins, except for the rounding of a split (see `scan`).
         let pairs = Pairs::new(M, &bins).unwrap();
         let inner = pairs.outermost().map_or(0..0, |last| last..M + 1 - last);
         let near = |k: usize| k.abs_diff(peak.bin as usize) <= REACH;

@@ -7,7 +7,7 @@
 //! y[m] = sum over n < L of x[m L + n] exp(-j 2 pi c n / N)        Y[c + i] = sum over m of y[m] exp(-j 2 pi (c + i) m / 32)
 //! ```
 //!
-//! The oscillator starts anew in each block, so its L factors are a table, and the centre only
+//! The oscillator restarts in each block, so its L factors are a table, and the centre only
 //! shifts the index of the transform. Y is the record's spectrum seen through a boxcar of L
 //! samples, not the spectrum itself; [`crate::tone::zoomed`] has the exact model. A constant
 //! offset falls into one bin: the bin whose index is a multiple of 32.

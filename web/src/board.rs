@@ -36,7 +36,7 @@ pub struct Board {
     fundamental: Option<Tone>,
     burst: Option<Burst>,
     sum: Option<Sum>,
-    /// The sample rate of the last record, where it tells one.
+    /// The sample rate of the last record, if it reports one.
     told_hz: Option<f64>,
     /// The settings have become unknown.
     asks: bool,

@@ -159,7 +159,7 @@ impl Scene {
         [amplitude, amplitude * power(second_db), full * power(hum_db)]
     }
 
-    /// The scene of a block, and its truth but for the frequency. A chirp's has all segments of its waveform, the other one has the block alone.
+    /// The scene of a block, and its truth except for the frequency. A chirp's has all segments of its waveform, the other one has the block alone.
     fn scene(&mut self, settings: &Settings) -> (Truth, picket_simulator::Scene) {
         let (rate_hz, n) = (settings.rate_hz, settings.n);
         let [first, second, hum] = self.levels(settings);

@@ -16,7 +16,7 @@ pub enum RateError {
     Load,
     /// The worst block that is known takes longer than it lasts at this rate, and the settings want a rate that holds for it.
     Worst,
-    /// The settings want a rate that holds for the worst block, which nobody has searched for with settings such as these.
+    /// The settings want a rate that holds for the worst block, which is not known with settings such as these.
     Unsearched,
 }
 

@@ -37,7 +37,7 @@ pub struct Telemetry {
     pub method: Method,
     /// What was lost so far.
     pub health: Health,
-    /// By what it was measured, where a program tells it.
+    /// By what it was measured, if the program reports it.
     pub basis: Option<Basis>,
 }
 

@@ -243,7 +243,7 @@ views! {
         reserved: u32,
     }
 
-    /// What a user sets. Zeros are the library's own choice, but for the rate and the codes.
+    /// What a user sets. Zeros are the library's own choice, except for the rate and the codes.
     Config "picket_config" {
         /// samples per second
         rate_hz: f64,

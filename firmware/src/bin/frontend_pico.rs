@@ -15,7 +15,7 @@ picket_firmware::pico_vectors!();
 #[entry]
 fn main() -> ! {
     start::whole();
-    // One converter takes the pairs of an I/Q record by turns.
+    // One converter takes the pairs of an I/Q record in turn.
     let meters = picket_firmware::meters!(Pipeline<Real, N>, Pairs);
     match Instrument::<Pico, N, SLOT, _, _>::start(meters) {
         Some(instrument) => instrument.run(),

@@ -98,7 +98,7 @@ pub fn quiet(quiet: Quiet) {
     put!(syscfg().pmc(), quiet.mode());
 }
 
-/// Handles the failure of the crystal's clock (RM 6.2.7): the board starts anew, by its own clock if
+/// Handles the failure of the crystal's clock (RM 6.2.7): the board restarts, by its own clock if
 /// the other is still missing.
 // SAFETY: cortex-m-rt's vector table has the handler under this name.
 #[unsafe(no_mangle)]

@@ -48,7 +48,7 @@ use picket_dsp::pipeline::Alternating;
 
 /// Samples in a block of this image.
 pub const N: usize = 1024;
-/// The pipeline for the pairs that the converter takes by turns.
+/// The pipeline for the pairs that the converter takes in turn.
 pub type Pairs = Alternating<N, { 2 * N }>;
 /// Words in a slot: an I/Q block, or twice a real one.
 pub const SLOT: usize = N;

@@ -3,7 +3,7 @@
 //! Each channel writes one word and starts the next channel, except for two, which a wrap starts:
 //!
 //! ```text
-//! GP13 rises: slice 6 wraps   -> converter's divider anew, converter on, slice 7 on
+//! GP13 rises: slice 6 wraps   -> the converter's divider restarts, converter on, slice 7 on
 //! last sample: slice 7 wraps  -> converter off, slice 7 off, rises meanwhile, slice 6 waits for the next one
 //! ```
 
@@ -45,7 +45,7 @@ impl Ring {
 /// The rises during each chirp that is over.
 static MEANWHILE: Ring = Ring::new();
 
-/// The words that the channels write: the converter's divider, which then begins anew (DS 4.9.6); the converter on, slices 6 and 7, the
+/// The words that the channels write: the converter's divider, which then begins again (DS 4.9.6); the converter on, slices 6 and 7, the
 /// converter off, slice 6, ready.
 static DIVIDER: AtomicU32 = AtomicU32::new(0);
 static CONVERTER_ON: AtomicU32 = AtomicU32::new(0);
@@ -149,7 +149,7 @@ impl Pulse {
         open
     }
 
-    /// Waits anew if a rise came in the moment between slice 6 being ready and its channel. Some
+    /// Waits again if a rise came in the moment between slice 6 being ready and its channel. Some
     /// microseconds are enough to open the gate.
     pub fn watch(&mut self) {
         let deaf = || {

@@ -121,7 +121,7 @@ pub const FIFO: u32 = 1 << 24 | 1 << 11 | 1 << 10 | 1 << 3 | 1;
 
 /// ADC_CS (DS 4.9.6): EN 0, START_MANY 3. AINSEL 14:12 is input 0, GPIO 26, which is also the first of a round.
 const SAMPLES: u32 = 1 | 1 << 3;
-/// ADC_CS with RROBIN 20:16: inputs 0 and 1 by turns.
+/// ADC_CS with RROBIN 20:16: inputs 0 and 1 in turn.
 const PAIRS: u32 = SAMPLES | 0b11 << 16;
 
 /// The watchdog's count for 4 s: it counts each microsecond twice (RP2040-E1).

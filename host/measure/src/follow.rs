@@ -25,7 +25,7 @@ pub struct Pursuit {
     pub cut: Cut,
     /// How tones are followed.
     pub following: Following,
-    /// How closely a line that is no steady tone is looked at.
+    /// The effort spent on a line that is not a steady tone.
     pub effort: Effort,
     /// The Doppler radar that they are shifts of, if they are.
     pub carrier: Option<Carrier>,
@@ -62,7 +62,7 @@ pub struct Sighting {
 /// A track as a whole.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Trail {
-    /// Always true: it tells this line from the others.
+    /// Always true: it distinguishes this line from the others.
     pub summary: bool,
     /// The track's number.
     pub track: u32,
@@ -178,7 +178,7 @@ fn text(error: impl std::fmt::Display) -> String {
     error.to_string()
 }
 
-/// Prints what stands above the sightings.
+/// Prints the headings of the sightings.
 pub fn print_heading(style: Style, speeds: bool) {
     let beyond = |columns| if speeds { columns } else { "" };
     match style {

@@ -1,4 +1,4 @@
-//! The lengths and the kinds of a record, which are types of the library: a number becomes one here, for whoever has borrows that the
+//! The lengths and the kinds of a record, which are types of the library: a number becomes one here, for code that has borrows that the
 //! library's `ForRecord` would have to name.
 
 /// The lengths of a record.

@@ -110,10 +110,12 @@ fn wanted(shape: &Shape, options: &Options, path: &Path) -> Result<Wanted, Recor
                 None => (at + 1).to_string(),
             };
             let names: Vec<String> = values.iter().map(name).collect();
+            let (first, second) =
+                (values.first().map_or(1, |at| at + 1), values.get(1).map_or(2, |at| at + 1));
             Err(RecordingError::Columns(
                 path.into(),
                 format!(
-                    "several columns of values, {}: choose one by --column 2, or two for I and Q by --column 2,3",
+                    "values in columns {}: choose by --column {first}, two for I and Q by --column {first},{second}",
                     names.join(", ")
                 ),
             ))

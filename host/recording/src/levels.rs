@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_2_PI;
 
 /// What clips spends this share of the samples at either end, and twice what a sine does that does not.
 const CLIPPED: f64 = 0.002;
-/// Different values that are told apart: the codes of 16 bits. What has more has no steps that matter.
+/// Different values that are distinguished: the codes of 16 bits. What has more has no steps that matter.
 const DISTINCT: usize = 1 << 16;
 /// Samples whose values are counted.
 const COUNTED: u64 = 1 << 20;
@@ -203,7 +203,7 @@ mod tests {
         }
     }
 
-    /// A tone of ten samples, computed in floats: its values come again and again, but for their last digits.
+    /// A tone of ten samples, computed in floats: its values come again and again, except for their last digits.
     #[test]
     fn floats_in_step_with_the_clock_are_not_clipped() {
         let part = |n: u32| Sample::of(5e3 * (0.1 * TAU * f64::from(n)).cos(), None);

@@ -310,7 +310,7 @@ impl Recording {
         self.rate_hz.is_some()
     }
 
-    /// The rate with its sigma, where a column of times tells it.
+    /// The rate with its sigma, from a column of times, if there is one.
     pub fn clock(&self) -> Option<Clock> {
         self.clock
     }

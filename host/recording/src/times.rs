@@ -200,7 +200,7 @@ pub(super) fn timing(
     Ok(Timing { clock: Some(clock), rows, gaps, note: said.join("; ") })
 }
 
-/// Whether numbers rise evenly, but for two steps.
+/// Whether numbers rise evenly, except for two steps.
 pub(super) fn is_even(times: &[f64]) -> bool {
     let Some((&first, &last)) = times.first().zip(times.last()) else { return false };
     let step = (last - first) / (times.len() as f64 - 1.0);
@@ -408,7 +408,7 @@ fn scatter(points: &[(usize, f64)]) -> (f64, f64) {
     }
 }
 
-/// Whether the times are even but for their last digit, and their two kinds of errors.
+/// Whether the times are even except for their last digit, and their two kinds of errors.
 fn errors(
     points: &[(usize, f64)],
     pieces: &[Piece],

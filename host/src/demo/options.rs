@@ -10,7 +10,7 @@ use picket_dsp::Mixing;
 use picket_dsp::methods::registry::Method;
 use std::path::PathBuf;
 
-/// The signal-to-noise ratio unless told otherwise, dB: of the papers' scenes, of those that show something weaker or shorter than
+/// The signal-to-noise ratio by default, dB: of the papers' scenes, of those that show something weaker or shorter than
 /// the tone, and of wind, which no block sees.
 const SNR_DB: f64 = -5.0;
 const CLEAR_SNR_DB: f64 = 20.0;

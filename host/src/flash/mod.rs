@@ -341,7 +341,7 @@ pub fn write(image: &Image) -> Result<Option<PathBuf>, FlashError> {
 /// The longest silence of a self-test, which starves its watchdog: eight seconds, and a rate's ten.
 const PATIENCE: Duration = Duration::from_secs(25);
 
-/// Begins the self-test on the board anew and prints its list. The exit code is 1 if an item does not hold.
+/// Begins the self-test on the board again and prints its list. The exit code is 1 if an item does not hold.
 fn listen(port: &str, quick: bool, program: u32) -> Result<ExitCode, FlashError> {
     let mut source = Source::open(Some(port), None)?;
     let mut list = List::new(program);
@@ -372,7 +372,7 @@ fn listen(port: &str, quick: bool, program: u32) -> Result<ExitCode, FlashError>
         if let Some(held) = list.held {
             return Ok(if held { ExitCode::SUCCESS } else { ExitCode::from(1) });
         }
-        // An item that is under way begins nothing anew: asked again, the next one does.
+        // An item that is under way begins nothing again: asked again, the next one does.
         if !list.begun
             && asked.is_some_and(|asked: Instant| asked.elapsed() > Duration::from_secs(3))
         {

@@ -41,7 +41,7 @@ fn stretches(scene: &Scene) -> Vec<(f64, f64, usize)> {
         let starts = (0..total / n).map(|index| (index * n) as f64);
         return starts.map(|at| (at / scene.rate_hz, at, n)).collect();
     };
-    // Records of the segments; without a guard the segments but for their ends, where echoes are still those of the segment before.
+    // Records of the segments; without a guard the segments except for their ends, where echoes are still those of the segment before.
     let (mut gated, mut n) = (scene.clone(), waveform.samples);
     let all = waveform.guard_s.is_none();
     if let Some(of) = gated.waveform.as_mut().filter(|_| all) {

@@ -12,7 +12,7 @@ use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, SystemTime};
 
-/// Lists older than this are fetched anew: a package's file leaves the archive soon after its successor came.
+/// Lists older than this are fetched again: a package's file leaves the archive soon after its successor came.
 const FRESH: Duration = Duration::from_secs(24 * 3600);
 
 /// What apt-get says where there is no network.

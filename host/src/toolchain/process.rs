@@ -49,7 +49,7 @@ pub(super) fn cargo() -> Command {
     command
 }
 
-/// True for variables that cargo or rustc set or obey, but for those that say where packages come
+/// True for variables that cargo or rustc set or obey, except for those that say where packages come
 /// from.
 fn inherited(name: &OsString) -> bool {
     const KEPT: [&str; 6] = ["HOME", "HTTP_", "NET_", "REGISTR", "SOURCE_", "TERM_"];

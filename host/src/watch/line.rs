@@ -148,7 +148,7 @@ impl From<&Candidate> for Likely {
     }
 }
 
-/// Settings' checksum, clock and effort, where a board tells them.
+/// Settings' checksum, clock and effort, if a board reports them.
 #[derive(Clone, Debug, Serialize)]
 struct Told {
     settings: String,

@@ -169,7 +169,7 @@ impl Pending {
         self.asked = Some((Instant::now(), tries + 1));
     }
 
-    /// Sends an order again that was not answered: a board that starts anew, as after new settings, does not hear. `heard` is
+    /// Sends an order again that was not answered: a board that restarts, as after new settings, does not hear. `heard` is
     /// whether anything that was heard was a board, `bytes` how much was. Questions that nobody ordered are given up quietly where
     /// a board was heard.
     ///

@@ -1,4 +1,4 @@
-//! What is known of a device beside its records: it holds until the device starts anew, or its records tell of another rate.
+//! What is known of a device beside its records: it holds until the device restarts, or its records tell of another rate.
 
 use super::settings::from_answer;
 use crate::device::{Listener, Said};
@@ -26,7 +26,7 @@ impl Known {
 /// What gives records their units.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Scale {
-    /// Samples per second as the user says, where the device does not tell.
+    /// Samples per second as the user says, if the device does not report them.
     given_hz: Option<f64>,
     known: Option<Known>,
 }

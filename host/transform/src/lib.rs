@@ -10,7 +10,7 @@ use std::sync::Arc;
 pub trait Transform: FftNum {
     /// The transform of `n` points, unscaled, with `exp(-j 2 pi k m / n)`.
     fn forward(n: usize) -> Arc<dyn Fft<Self>>;
-    /// Its inverse but for the factor `n`.
+    /// Its inverse except for the factor `n`.
     fn inverse(n: usize) -> Arc<dyn Fft<Self>>;
 }
 

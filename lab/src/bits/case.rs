@@ -25,7 +25,7 @@ pub enum Path {
     Sum,
     /// A stream with a burst.
     Bursts,
-    /// Pairs by turns.
+    /// Pairs in turn.
     ByTurns,
     /// The segments of a chirp.
     Chirps,
@@ -103,7 +103,7 @@ impl Case {
         let mut rng = generator(seed, number);
         let (impairment, iq) = all.get(number as usize % all.len().max(1))?.clone();
         let path = *Path::USUAL.choose(&mut rng)?;
-        // Pairs by turns are I/Q, and half as many as the samples that are transformed.
+        // Pairs in turn are I/Q, and half as many as the samples that are transformed.
         let path = if path == Path::ByTurns && !iq { Path::Block } else { path };
         let lengths = if path == Path::ByTurns { 6 } else { 7 };
         let n = 64 << rng.random_range(0..lengths);

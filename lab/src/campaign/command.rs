@@ -10,9 +10,9 @@ use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyl
 use picket_dsp::tone::effort::Effort;
 use std::process::ExitCode;
 
-/// Signal-to-noise ratios unless told otherwise, dB.
+/// Signal-to-noise ratios by default, dB.
 pub const SNR_DB: [f64; 3] = [10.0, 30.0, 50.0];
-/// Records of each unless told otherwise.
+/// Records of each by default.
 pub const TRIALS: usize = 300;
 
 /// What stands below the table.
@@ -37,7 +37,7 @@ pub struct Flags {
     /// Which frequency is the true one where it changes within the block
     #[arg(long, value_enum, default_value = "mean", requires = "impair")]
     pub truth: Truth,
-    /// How closely a line that is no steady tone is looked at: look, one or full
+    /// How closely a line that is not a steady tone is looked at: look, one or full
     #[arg(long, value_name = "EFFORT", default_value = Effort::default().name(), value_parser = input::effort, requires = "impair")]
     pub effort: Effort,
 }

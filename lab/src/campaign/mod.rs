@@ -38,7 +38,7 @@ pub struct Campaign {
     pub estimators: Vec<Estimator>,
     /// The arithmetic.
     pub arithmetic: Arithmetic,
-    /// How closely a line that is no steady tone is looked at.
+    /// The effort spent on a line that is not a steady tone.
     pub effort: Effort,
     /// Samples in a record.
     pub n: usize,

@@ -1,4 +1,4 @@
-//! `lab report`: the figures of both papers and our own, computed anew.
+//! `lab report`: the figures of both papers and our own, computed again.
 
 use crate::output::Output;
 use crate::{cli, report};
@@ -13,7 +13,7 @@ pub struct Options {
     /// Few trials: rough figures in seconds
     #[arg(long)]
     quick: bool,
-    /// Folder of the page and the pictures, an empty one [default: target/report, which is written anew]
+    /// Folder of the page and the pictures, an empty one [default: target/report, which is written again]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     #[command(flatten)]

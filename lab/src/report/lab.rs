@@ -107,7 +107,7 @@ pub struct Check {
 }
 
 impl Check {
-    /// Between two limits, but for four standard errors.
+    /// Between two limits, except for four standard errors.
     pub fn between(
         figure: impl Into<String>,
         measured: f64,

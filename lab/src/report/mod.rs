@@ -1,4 +1,4 @@
-//! `lab report`: the figures and tables of both papers and our own, computed anew: one page, and every picture
+//! `lab report`: the figures and tables of both papers and our own, computed again: one page, and every picture
 //! as a file.
 
 pub mod command;
@@ -23,7 +23,7 @@ use lab::{Check, Lab, Section};
 use std::fs;
 use std::path::Path;
 
-/// The seed unless told otherwise.
+/// The seed by default.
 pub const SEED: u64 = 2026;
 
 /// A part: what makes it, and how many sweeps it runs.

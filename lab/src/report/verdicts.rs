@@ -50,7 +50,7 @@ const PLAIN: Example = Example {
     shown: (80, 120),
 };
 
-/// One for each verdict, from best to worst, but for wrong codes, which no picture shows.
+/// One for each verdict, from best to worst, except for wrong codes, which no picture shows.
 pub const EXAMPLES: [Example; 10] = [
     PLAIN,
     Example {

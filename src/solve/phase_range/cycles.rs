@@ -37,7 +37,7 @@ impl Cycles {
     pub fn nearest(&self, seen: I32F32, near: I32F32) -> I32F32 {
         let slope = self.slope_at(near);
         let mut range = near;
-        // The first step is right but for its rounding, which the second one sees.
+        // The first step is right except for its rounding, which the second one sees.
         for _ in 0..2 {
             // The lower word of the difference is a fraction of -1/2 to 1/2.
             let rest = seen.to_bits().wrapping_sub(self.at(range).to_bits()) as i32;

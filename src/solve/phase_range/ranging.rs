@@ -206,7 +206,7 @@ impl PhaseRanging {
             });
         let ((off_early, half_wave, sigma_early), (off_late, _, sigma_late)) = (first, last);
         let both = libm::hypotf(sigma_early, sigma_late);
-        // The way between them: it is that of the velocity, but for whole turns.
+        // The way between them: it is that of the velocity, except for whole turns.
         let sigma_way = libm::hypotf(self.apart * target.sigma_velocity, both);
         let apart = off_early - off_late;
         let turns = libm::roundf(apart / half_wave);

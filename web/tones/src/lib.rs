@@ -249,7 +249,7 @@ pub fn question(terms: &Terms) -> Question {
     }
 }
 
-/// The terms of a flow's processor: samples of 12 bits, signed, and the whole band but for its edges.
+/// The terms of a flow's processor: samples of 12 bits, signed, and the whole band except for its edges.
 const FLOW: Terms = {
     let (n, last) = (flow::N as f64, flow::N as f64 / 2.0 - 1.0);
     [n, 0.0, 12.0, flow::RATE_HZ, 1.0, last, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]

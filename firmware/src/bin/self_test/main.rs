@@ -2,7 +2,7 @@
 //! to be pasted into a report.
 //!
 //! Each item begins with a reset, as new settings of the instrument do, so it finds the board in the instrument's state. After the list's
-//! end any byte from the host begins the list anew; the byte `q` during it shortens it to a moment at each rate.
+//! end any byte from the host begins the list again; the byte `q` during it shortens it to a moment at each rate.
 #![no_std]
 #![no_main]
 

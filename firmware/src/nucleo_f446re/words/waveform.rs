@@ -135,7 +135,7 @@ impl SyncOutput {
     }
 }
 
-/// TIM2 as the gate of TIM3. A rise on PB3 (Arduino D3) lets exactly the samples of one chirp through, so the samples synchronise anew to
+/// TIM2 as the gate of TIM3. A rise on PB3 (Arduino D3) lets exactly the samples of one chirp through, so the samples synchronise again to
 /// each chirp of an external source.
 ///
 /// ```text

@@ -136,7 +136,7 @@ impl Found {
     }
 }
 
-/// Prints what stands above the sums.
+/// Prints the headings of the sums.
 pub fn print_heading(style: Style, speeds: bool) {
     match style {
         Style::Json => {}

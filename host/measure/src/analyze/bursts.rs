@@ -44,7 +44,7 @@ pub struct Found {
 /// as much shorter.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Summary {
-    /// Always true: it tells this line from the others.
+    /// Always true: it distinguishes this line from the others.
     pub summary: bool,
     /// Bursts that were measured, noise that looked like one included.
     pub bursts: u64,
@@ -207,7 +207,7 @@ impl Weighted {
     }
 }
 
-/// Prints what stands above the bursts.
+/// Prints the headings of the bursts.
 pub fn print_heading(style: Style, speeds: bool) {
     match style {
         Style::Json => {}

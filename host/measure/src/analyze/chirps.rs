@@ -179,7 +179,7 @@ fn chirps<R: Kind, const N: usize>(
     Ok(tally)
 }
 
-/// Prints what stands above the targets.
+/// Prints the headings of the targets.
 pub fn print_heading(style: Style) {
     match style {
         Style::Json => {}

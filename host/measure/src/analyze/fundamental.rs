@@ -63,7 +63,7 @@ pub fn listed(orders: &[u32], between: &str) -> String {
     orders.join(between)
 }
 
-/// Prints what stands above the fundamentals.
+/// Prints the headings of the fundamentals.
 pub fn print_heading(style: Style) {
     match style {
         Style::Json => {}

@@ -65,7 +65,7 @@ pub struct Analysis {
     pub codes: Codes,
     /// The arithmetic.
     pub arithmetic: Arithmetic,
-    /// How closely a line that is no steady tone is looked at.
+    /// The effort spent on a line that is not a steady tone.
     pub effort: Effort,
     /// The tone's own width.
     pub width: Width,
@@ -76,7 +76,7 @@ pub struct Analysis {
 }
 
 impl Analysis {
-    /// Blocks of the usual length, end to end, by the best method of their kind: what the command does unless told otherwise.
+    /// Blocks of the usual length, end to end, by the best method of their kind: what the command does by default.
     pub fn new(codes: Codes, arithmetic: Arithmetic) -> Self {
         Self {
             read: recording::Options::default(),
@@ -218,7 +218,7 @@ pub(crate) fn is_json(file: &Path, format: Option<Format>) -> bool {
 /// What an analysis covered.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Summary {
-    /// Always true: it tells this line from the others.
+    /// Always true: it distinguishes this line from the others.
     pub summary: bool,
     /// Blocks answered.
     pub blocks: u64,
@@ -707,7 +707,7 @@ pub fn print(answer: &Answer, style: Style) {
     }
 }
 
-/// Prints what stands above the answers.
+/// Prints the headings of the answers.
 pub fn print_heading(style: Style, speeds: bool, first: &Answer) {
     let knows_rate = first.cycles_per_sample.is_none();
     let uncertain = first.uncertainty_hz.is_some();

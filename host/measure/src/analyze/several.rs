@@ -166,7 +166,7 @@ fn blocks<R: Kind, const N: usize>(
     Ok(tally)
 }
 
-/// Prints what stands above the tones.
+/// Prints the headings of the tones.
 pub fn print_heading(style: Style, speeds: bool) {
     match style {
         Style::Json => {}

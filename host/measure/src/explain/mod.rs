@@ -122,15 +122,7 @@ fn text(explanation: &Explanation, rows: &[Row]) -> String {
     let rule = LineStyle::none().fill('─').junction('─');
     table.load_style(TableStyle::new().header_separator(rule));
     table.set_content_arrangement(ContentArrangement::Disabled);
-    table.set_header([
-        "test",
-        "what is compared",
-        "value",
-        "limit",
-        "",
-        "outcome",
-        "consequence",
-    ]);
+    table.set_header(["test", "what is compared", "value", "limit", "", "outcome", "consequence"]);
     for column in [2, 3] {
         if let Some(column) = table.column_mut(column) {
             column.set_cell_alignment(CellAlignment::Right);

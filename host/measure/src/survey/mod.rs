@@ -55,7 +55,7 @@ pub struct Survey {
     missed: u64,
     /// Whether the rate is known.
     knows_rate: bool,
-    /// How the samples lie in time, where a column of times tells it.
+    /// How the samples lie in time, from a column of times, if there is one.
     clock: Option<Clock>,
     /// Samples of a record, where the recording has records of their own.
     row: Option<usize>,

@@ -78,7 +78,7 @@ fn ratio(order: u32, stretch: f64) -> f64 {
 /// Orders, frequencies and powers of the peaks at multiples, where `seed` is the one of this order.
 fn partials(peaks: &[(f64, f64)], seed: f64, over: u32, stretch: f64, bin_hz: f64) -> Vec<Partial> {
     let first = seed / ratio(over, stretch);
-    // Neighbours are told apart, and none is two orders.
+    // Neighbours are distinguished, and none is two orders.
     if first < 8.0 * bin_hz {
         return Vec::new();
     }

@@ -230,7 +230,7 @@ pub(super) struct Held {
     pub moves: bool,
 }
 
-/// The lag, within a twentieth of this one, at which the samples are most like themselves: a segment that comes again is, but for its noise.
+/// The lag, within a twentieth of this one, at which the samples are most like themselves: a segment that comes again is, except for its noise.
 fn again(ground: &Ground, near: f64) -> Option<usize> {
     /// Samples that are compared.
     const COMPARED: usize = 1 << 16;

@@ -184,7 +184,7 @@ impl Live {
         unknown
     }
 
-    /// The histories begin anew, at this rate: their times have another zero, or another unit.
+    /// The histories begin again, at this rate: their times have another zero, or another unit.
     fn begin(&mut self, rate_hz: Option<f64>) {
         self.rate_hz = rate_hz;
         self.history.iter_mut().for_each(VecDeque::clear);
