@@ -39,7 +39,7 @@ enum Holds {
     Bursts = 3,
 }
 
-/// What tells a memory from those of other contents, kinds and lengths.
+/// The mark that distinguishes a memory from those of other contents, kinds and lengths.
 const fn number<R: Record, const N: usize>(holds: Holds) -> u16 {
     // A length has 13 bits.
     N as u16 | (R::IQ as u16) << 13 | (holds as u16) << 14
@@ -196,7 +196,7 @@ impl<R: Record, const N: usize> Meter<R, N> {
     /// `picket_..._lines`.
     ///
     /// # Safety
-    /// As for [`Meter::init`], and there is room for so many lines.
+    /// As for [`Meter::init`], and there is room for this many lines.
     pub unsafe fn lines(
         memory: *mut Slot<Self>,
         lines: *mut CLine,
@@ -244,7 +244,7 @@ impl<R: Record, const N: usize> Follower<R, N> {
     /// `picket_..._track`.
     ///
     /// # Safety
-    /// As for [`Follower::init`], and there is room for so many tracks.
+    /// As for [`Follower::init`], and there is room for this many tracks.
     #[allow(clippy::too_many_arguments)]
     pub unsafe fn track(
         memory: *mut Slot<Self>,
@@ -278,7 +278,7 @@ impl<R: Record, const N: usize> Follower<R, N> {
     /// `picket_..._targets`.
     ///
     /// # Safety
-    /// As for [`Follower::init`], and there is room for so many targets.
+    /// As for [`Follower::init`], and there is room for this many targets.
     pub unsafe fn targets(
         memory: *mut Slot<Self>,
         targets: *mut CTarget,
@@ -385,7 +385,7 @@ impl<R: Record, const N: usize> Bursts<R, N> {
     /// `picket_..._bursts_push`.
     ///
     /// # Safety
-    /// As for [`Bursts::init`], and there are so many samples and room for so many bursts.
+    /// As for [`Bursts::init`], and there are this many samples and room for this many bursts.
     pub unsafe fn push(
         memory: *mut Slot<Self>,
         words: *const i16,

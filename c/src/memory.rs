@@ -65,7 +65,7 @@ fn aligned<T>(pointer: *const T) -> Result<(), Status> {
 /// What a pointer points to.
 ///
 /// # Safety
-/// If it is neither NULL nor unaligned, it points to a `T` that nobody writes until the call returns.
+/// If it is neither NULL nor unaligned, it points to a `T` that is not written until the call returns.
 pub unsafe fn read<'a, T>(pointer: *const T) -> Result<&'a T, Status> {
     aligned(pointer)?;
     // SAFETY: checked, and promised by the caller.
@@ -114,7 +114,7 @@ impl<T> Out<T> {
     /// Writes as many answers as there is room for. Returns how many.
     ///
     /// # Safety
-    /// The memory is the caller's, and has room for so many `T`.
+    /// The memory is the caller's, and has room for this many `T`.
     pub unsafe fn put_all(mut self, room: usize, answers: impl Iterator<Item = T>) -> usize {
         let mut count = 0;
         for answer in answers.take(room) {

@@ -92,7 +92,7 @@ impl Console {
         Err(RunError::Timeout(LIMIT))
     }
 
-    /// Waits for a turn of the board's loop, in which it measures at most one block: all that it says until its status, without that.
+    /// Waits for a turn of the board's loop, in which it measures at most one block. Returns all messages before the status.
     ///
     /// The board answers bytes before it measures the block that waits, so only the second status comes after the block.
     pub fn turn(&mut self) -> Result<Vec<Said>, RunError> {
@@ -101,7 +101,7 @@ impl Console {
         Ok(before)
     }
 
-    /// Asks for the status: all that is said until it comes, without that.
+    /// Asks for the status. Returns all messages before it.
     fn until_status(&mut self) -> Result<Vec<Said>, RunError> {
         let (mut before, mut answered) = (Vec::new(), false);
         self.tag = self.tag.wrapping_add(1);

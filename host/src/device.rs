@@ -1,4 +1,4 @@
-//! What an instrument says over its serial port, distinguished and counted.
+//! The messages of an instrument on its serial port, sorted and counted.
 
 use picket_wire::boot::Boot;
 use picket_wire::burst::Burst;
@@ -49,12 +49,12 @@ pub struct Listener {
     told: Option<(u32, Option<f64>)>,
     /// Measurements.
     pub records: u64,
-    /// Blocks between them of which no record came: lost by the device, left out by its settings or by a full line, or lost on the
+    /// Blocks between them without a record: lost by the device, left out by its settings or by a full line, or lost on the
     /// line.
     pub missing: u64,
     /// Missing blocks that the device itself has lost, as its records say.
     pub lost: u64,
-    /// The losses that the last record told of.
+    /// The losses in the last record.
     losses: Option<u32>,
     /// Missing blocks before the last measurement.
     skipped: u64,

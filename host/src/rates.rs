@@ -16,7 +16,7 @@ pub struct Rates {
     pub kind: &'static str,
     /// Where now and then a block takes longer than usual: what the board takes, Hz.
     pub usual_hz: f64,
-    /// Where each block may take as long as any that a search over signals found, at each of [`EFFORTS`], Hz; `None` if nobody has searched.
+    /// Where each block may take as long as any that a search over signals found, at each of [`EFFORTS`], Hz; `None` if there was no search.
     pub always_hz: Option<[f64; 2]>,
 }
 

@@ -118,7 +118,7 @@ impl Native {
         Ok(native)
     }
 
-    /// The strongest tone of every block and what it amounts to, on so many threads. `missing` has the numbers of missing samples,
+    /// The strongest tone of every block and its outcome, on this many threads. `missing` has the numbers of missing samples,
     /// in order.
     fn blocks<'py>(
         &self,
@@ -168,7 +168,7 @@ impl Native {
         Ok([table(py, followed.blocks)?, table(py, followed.tracks)?, table(py, followed.targets)?])
     }
 
-    /// Sums of so many blocks: the first block's first sample, the blocks, the logarithm of the chance, and the tone.
+    /// Sums of this many blocks: the first block's first sample, the blocks, the logarithm of the chance, and the tone.
     #[pyo3(signature = (words, hop, blocks, segment, drift_bins, false_alarm))]
     #[allow(clippy::too_many_arguments)]
     fn sums<'py>(
@@ -222,7 +222,7 @@ impl Native {
         done.ok_or_else(|| wrong(terms::length(self.n)))?.map_err(wrong)
     }
 
-    /// The stamps of blocks that begin so many samples after one another.
+    /// The stamps of blocks that begin this many samples apart.
     pub fn timing(&self, hop: usize) -> Timing {
         let period = u32::try_from(hop).unwrap_or(u32::MAX);
         Timing { period, segments: self.config.scene.segments() }

@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 /// Words, and rows of the truth.
 type Simulated<'py> = (Bound<'py, PyArray1<i16>>, Bound<'py, PyArray2<f64>>);
 
-/// The words of so many records of a run, I and Q in turn.
+/// The words of this many records of a run, I and Q in turn.
 fn words(run: &mut Run, records: usize, n: usize) -> Vec<i16> {
     let channels = if run.scene().receiver.iq { 2 } else { 1 };
     let mut words = Vec::with_capacity(records * n * channels);
@@ -89,7 +89,7 @@ fn waveform(scene: &Scene, n: usize, period_s: f64) -> Option<(Waveform, f64)> {
     })
 }
 
-/// Words of so many blocks, and a row for each block and target: its block, its target, its beat in hertz, its range at the middle of
+/// Words of this many blocks, and a row for each block and target: its block, its target, its beat in hertz, its range at the middle of
 /// the record.
 #[pyfunction]
 #[pyo3(signature = (scene, n, rate_hz, blocks, targets, noise, iq, low, high, seed, period_s))]

@@ -5,7 +5,7 @@ use crate::tables::{self, joined};
 use picket_dsp::spectrum::engine::Engine;
 use picket_dsp::{Accumulator, Pipeline, Plan, Record, Segment};
 
-/// Every complete sum of so many blocks.
+/// Every complete sum of this many blocks.
 pub struct Sums<'a> {
     pub words: &'a [i16],
     pub hop: usize,

@@ -14,7 +14,7 @@ use picket_wire::layout::{Field, Form};
 use picket_wire::view::{self, View};
 use pyo3::prelude::*;
 
-/// Rows of so many columns as an array.
+/// Rows of this many columns as an array.
 pub fn table<'py, const COLUMNS: usize>(
     py: Python<'py>,
     rows: Vec<[f64; COLUMNS]>,

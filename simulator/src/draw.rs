@@ -48,7 +48,7 @@ impl Draw {
         -libm::log(1.0 - self.share())
     }
 
-    /// One of so many, from 0.
+    /// A number below this one, from 0 on.
     pub fn below(&mut self, count: usize) -> usize {
         self.0.random_range(0..count.max(1))
     }

@@ -1,7 +1,7 @@
 //! Scenes before a radar, a lidar or a velocimeter, and the records that its converter takes of them.
 //!
-//! A [`Scene`] says what stands before the sensor, what the sensor sends, and how a converter takes it; it is also a JSON file. A
-//! [`Run`] of it has drawn what is random, and gives samples and the truth about them.
+//! A [`Scene`] describes what is in front of the sensor, what the sensor transmits, and how a converter samples it; it is also a JSON file. A
+//! [`Run`] of it has drawn what is random, and returns samples and the truth about them.
 //!
 //! What reflects delays the transmitter's phase by `tau = 2 R(t) / c`, where `R(t)` is the range in metres at the time `t` in seconds; the
 //! phase of a sample is the integral of the transmitter's frequency from `t - tau` to `t`. Nothing here knows the frequency of a

@@ -24,7 +24,7 @@ pub(crate) struct Coloured {
 const PIECE: usize = 8;
 
 impl Coloured {
-    /// Noise for so many samples. `nominal_hz` is the frequency of the first tone.
+    /// Noise for this many samples. `nominal_hz` is the frequency of the first tone.
     pub fn new(
         shape: &[Density],
         iq: bool,

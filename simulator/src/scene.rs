@@ -1,6 +1,6 @@
-//! The language of scenes: what stands before a sensor, what the sensor sends, and how a converter takes it. Every scene is also a JSON file.
+//! The language of scenes: what is in front of a sensor, what it transmits, and how a converter samples it. Every scene is also a JSON file.
 //!
-//! Times are in seconds, frequencies in hertz, levels in codes of the converter. Whoever thinks in bins and records sets `rate_hz` to the
+//! Times are in seconds, frequencies in hertz, levels in codes of the converter. To think in bins and records, set `rate_hz` to the
 //! samples of a record: then a hertz is a bin, and a second a record.
 //!
 //! ```json
@@ -82,7 +82,7 @@ impl Default for Waveform {
 }
 
 impl Waveform {
-    /// The ramps of a chirp, with records of so many samples, from one chirp to the next in `period_s`.
+    /// The ramps of a chirp, with records of `samples`; one chirp begins `period_s` after another.
     pub fn from_chirp(chirp: &Chirp, samples: usize, period_s: f64) -> Self {
         Waveform {
             shape: match chirp.shape {
@@ -143,7 +143,7 @@ pub enum Source {
     Target(Target),
     /// A propeller, a fan or a rotor: places on its blades reflect the sensor's wave.
     Blades(Blades),
-    /// A person who walks: a body that sways, and legs that swing.
+    /// A walking person: a body that sways, and legs that swing.
     Walker(Walker),
     /// Particles that cross the fringes of two laser beams.
     Particles(Particles),
@@ -219,7 +219,7 @@ pub enum Change {
         /// How often, Hz.
         rate_hz: Value,
     },
-    /// The frequency rises evenly, by so much a second; it is the stated one at `at_s`.
+    /// The frequency rises evenly, by `hz_per_s`; it has the stated value at `at_s`.
     Chirp {
         /// Hz a second.
         hz_per_s: Value,
@@ -229,10 +229,10 @@ pub enum Change {
     },
     /// The phase, the frequency or both change once.
     Jump {
-        /// By so many turns.
+        /// The jump of the phase, turns.
         #[serde(default)]
         turns: Value,
-        /// By so many hertz.
+        /// The jump of the frequency, Hz.
         #[serde(default)]
         hz: Value,
         /// When, s.
@@ -324,7 +324,7 @@ pub struct Target {
     pub surface: bool,
     /// What the reflection adds to its phase, turns.
     pub phase_turns: Value,
-    /// It swings to each side by so much, m, so often, Hz.
+    /// It swings to each side by an amplitude in m, at a frequency in Hz.
     pub vibration: Vec<Vibration>,
     /// The diameter of the beam's spot on a rough surface across which it moves at its own speed, m.
     pub spot_m: Option<f64>,
@@ -452,7 +452,7 @@ pub struct Particles {
     pub velocity_mps: Value,
     /// Standard deviation of a particle's velocity about the mean, m/s.
     pub turbulence_mps: f64,
-    /// Particles in a metre of the flow that passes: so many a second at 1 m/s.
+    /// Particles in a metre of the passing flow, which is particles per second at 1 m/s.
     pub per_m: f64,
     /// Particles that come besides, at times that are stated.
     pub at: Vec<Particle>,
@@ -505,7 +505,7 @@ pub struct Receiver {
     pub iq: bool,
     /// Which signal its mixer conjugates: the side of 0 Hz on which an approaching target stands.
     pub mixing: Mixing,
-    /// Q is so much stronger than I, a share: .03 is 3 %.
+    /// Share by which Q is stronger than I: .03 is 3 %.
     pub gain_error: Value,
     /// Q is so far from a right angle, radians: .03 puts 3 % of I into Q.
     pub quadrature_rad: Value,
@@ -529,7 +529,7 @@ pub struct Receiver {
     pub high_pass_hz: Vec<f64>,
     /// Corners of the sections that limit its band, Hz.
     pub low_pass_hz: Vec<f64>,
-    /// The analog side is computed so many times a sample; its noise is white up to half of that rate.
+    /// Steps of the analog side per sample; its noise is white up to half of that rate.
     pub oversampling: usize,
     /// The amplifier ends here, codes.
     pub limit: Option<f64>,
@@ -598,7 +598,7 @@ pub struct Noise {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Density {
-    /// It rises by so much from one end of the band to the other, dB.
+    /// The rise from one end of the band to the other, dB.
     Slope {
         /// dB.
         rise_db: Value,
@@ -677,7 +677,7 @@ pub struct Hum {
 pub struct Impulses {
     /// So many over the whole time, anywhere.
     pub count: Value,
-    /// By so many codes, either way.
+    /// The size, codes, either way.
     pub codes: Value,
 }
 
@@ -705,9 +705,9 @@ pub struct Converter {
     pub rails: Option<[i16; 2]>,
     /// Whether what is beyond the rails goes on at the other end.
     pub wraps: bool,
-    /// A bent characteristic: a bow and an S, so many codes at most.
+    /// Integral nonlinearity: a bow and an S, at most this many codes.
     pub inl_codes: Value,
-    /// Steps where the upper three bits change: so many codes the top one.
+    /// Steps where the upper three bits change: this many codes for the top one.
     pub step_codes: Value,
     /// Codes that never come at each change of the upper three bits.
     pub missing_codes: usize,
@@ -723,7 +723,7 @@ pub struct Converter {
     pub repeated: Option<Place>,
     /// From this sample on samples of so long ago come: a buffer that was read before it was full.
     pub stale: Option<Place>,
-    /// Each sample is off its time by so much at random, s rms.
+    /// Random error of each sample's time, s rms.
     pub jitter_s: f64,
     /// Every second sample is so late, s.
     pub skew_s: f64,

@@ -258,7 +258,7 @@ impl Course {
         }
     }
 
-    /// The same course, so much higher.
+    /// The same course, raised by this.
     pub fn raised(mut self, by: f64) -> Self {
         self.points.iter_mut().for_each(|point| point[1] += by);
         Self::new(self.points)

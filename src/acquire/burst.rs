@@ -104,7 +104,7 @@ pub struct BurstDetector<R: Record, const N: usize> {
     history: [u64; HISTORY],
     /// Cells since the start or the last gap.
     cells: u32,
-    /// The offset of both parts, in 1/256 code beside the middle of the codes.
+    /// The offset of both parts from the middle of the codes, in 1/256 code.
     offset: [i32; 2],
     noise: u64,
     clock: u64,

@@ -270,7 +270,7 @@ mod tests {
         }
     }
 
-    /// With a guard, also behind a loss, a record holds the samples from the guard on, and its stamp tells where its ramp began.
+    /// With a guard, also behind a loss, a record holds the samples from the guard on, and its stamp is that of the ramp's start.
     #[test]
     fn a_guard_is_dropped_before_every_record() {
         for (guard, hop) in [(0, 64), (20, 84), (20, 100), (36, 100), (10, 32)] {

@@ -13,8 +13,8 @@ pub const WINDOWS: usize = 32;
 /// The fewest windows that give a line.
 const FEWEST: usize = 4;
 
-/// A window is left out if it is later than the line by so many times the median distance: the earliest arrivals scatter with an exponential
-/// tail, of which this leaves nearly all.
+/// A window is left out if it is later than the line by this many times the median distance: the earliest arrivals scatter with an exponential
+/// tail, which this leaves nearly whole.
 const LATE: f32 = 10.0;
 
 /// The earliest arrival of a window.
@@ -50,7 +50,7 @@ impl ClockError {
 /// ```
 /// use picket_dsp::acquire::rate_check::RateCheck;
 ///
-/// // Blocks of 1024 samples at a stated 1 MS/s, whose converter makes 0.8: a timer of 1 MHz tells their arrivals.
+/// // Blocks of 1024 samples at a stated 1 MS/s, whose converter makes 0.8: a timer of 1 MHz measures their arrivals.
 /// let mut check = RateCheck::new(1e6, 1e6).unwrap();
 /// for block in 1..4000u64 {
 ///     check.push(1024 * block, 1280 * block + 100 + (block * 7919) % 1000);

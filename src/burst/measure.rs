@@ -8,8 +8,8 @@
 //! ```
 //!
 //! which is the maximum of the likelihood in white noise; its curvature gives sigma. The level of one tone, whatever its envelope, is in phase
-//! with it and does not move its frequency. So what tells a second particle is what the points hold across the tone, in quadrature to it:
-//! more than the noise beside the burst, or a phase that bends; and a level that falls and rises again.
+//! with it and does not move its frequency. So a second particle shows in quadrature to the tone, by more power than the noise around the
+//! burst or by a phase that bends; and by a level that falls and rises again.
 
 use super::baseband::{Baseband, CORRELATION, PASSED, POINTS, place, taper, used};
 use super::envelope::{self, Envelope, median};

@@ -13,10 +13,10 @@ pub(super) struct Echo {
     /// The beat: bins of a chirp.
     pub peak: i32,
     pub offset: f32,
-    /// The turn from chirp to chirp: bins of the frame, of which `chirps` are a whole turn.
+    /// The turn from chirp to chirp in bins of the frame; `chirps` of them are a whole turn.
     pub row: i32,
     pub turn: f32,
-    /// Whole turns from chirp to chirp beside.
+    /// Further whole turns from chirp to chirp.
     pub alias: i32,
     /// The level and the phase in the middle of frame and chirp, codes.
     pub amplitude: Complex<f32>,

@@ -166,7 +166,7 @@ impl<'a> Frame<'a> {
         Hunt { map: Map { plan: &self.plan, store: &self.store, background, echoes } }.targets()
     }
 
-    /// Records what stands still: the mean over the frame's chirps, a number for each kept bin. Returns the power that it has of all, 0 to 1:
+    /// Records the clutter at rest: the mean over the frame's chirps, a number for each kept bin. Returns its share of all power, 0 to 1:
     /// little power is little to subtract. The caller keeps the time. Its noise adds to that of cells at rest, by 1/M of a chirp's.
     pub fn background(&self, still: &mut [Complex<f32>]) -> f32 {
         let (mut power, mut all) = (0.0, 0.0);

@@ -18,7 +18,7 @@ use crate::tone::sigma::{sigma_bins, with_rounding};
 ///
 /// A record of noise alone, a dead channel of I/Q, clipped samples, a second tone, a tone that moves or one within 1.5 bins of 0 Hz: each
 /// gets a frequency and a sigma here, and both are wrong. For a record of one steady tone in noise both are right. A
-/// [`Pipeline`](super::Pipeline) tells these records apart, and takes some three times the program memory. The frequency equals a
+/// [`Pipeline`](super::Pipeline) recognises these records, and takes some three times the program memory. The frequency equals a
 /// pipeline's to the bit where the record is clean and the plan is [`Plan::tone`](crate::plan::Plan::tone).
 ///
 /// The struct is all zeros at first, so that one in static memory takes no place in the program. It owns `4 N` bytes for real records,

@@ -73,7 +73,7 @@ fn weights(equations: &Equations) -> [f32; 3] {
     [1.0, flat.float, down.float]
 }
 
-/// Tells the targets that three beats may belong to: one for each pattern of signs. A `vague` flat beat is somewhere within so many bins of
+/// Returns the targets that three beats may belong to: one for each pattern of signs. A `vague` flat beat is somewhere within that many bins of
 /// the flat tone's frequency.
 pub(crate) fn segments(
     tones: &[Tone; 3],

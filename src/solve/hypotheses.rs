@@ -6,7 +6,7 @@
 //! hypothesis of the last chirp (a ghost is not where its own velocity takes it). Bounds exclude what cannot be. Where one hypothesis is left,
 //! except for a probability of [`WRONG`], it is the target; otherwise the answer is [`Verdict::Ambiguous`] and lists them.
 //!
-//! The knowledge is used in this order: beats, bounds, levels, last chirp. What decides first is told.
+//! The knowledge is used in this order: beats, bounds, levels, last chirp. The answer states what decides first.
 
 use super::beats;
 use super::candidates::{Ambiguity, Candidate, Candidates, Decision};
@@ -22,11 +22,11 @@ use heapless::Vec;
 /// The probability of all other hypotheses below which one is taken as right.
 pub const WRONG: f32 = 1e-3;
 
-/// The variance of the logarithm of the ratio between the two echoes of one target, beside noise: half a decibel squared.
+/// The variance of the logarithm of the ratio between the two echoes of one target, in addition to noise: half a decibel squared.
 const LEVEL: f32 = 0.057_56 * 0.057_56;
 
-/// Bins beside a line's peak where another is not found: two lines less than two bins apart are one, and a peak is up to half a bin beside
-/// its bin.
+/// Bins around a line's peak within which another is not found: two lines less than two bins apart are one, and a peak is up to half a bin
+/// from its bin.
 const MERGED: f32 = 2.5;
 
 /// The weights of the hypotheses at each step, and what the step adds.

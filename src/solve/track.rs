@@ -119,7 +119,7 @@ pub struct Track {
 ///
 /// A measurement's sigma covers the noise within one block. A target with many reflecting parts scatters more from block to block, the more
 /// the weaker it is in a block (see [`crate::carrier`]); a target that steps is somewhere else from one block to the next. Both leave a
-/// prediction far off. What tells them apart is the better of two predictions: a [`Line`] through the last measurements, or the last
+/// prediction far off. The better of two predictions distinguishes them: a [`Line`] through the last measurements, or the last
 /// measurement alone, moved by the line's rate. If the line is nearly as good, the target scatters, by the mean square of the line's errors.
 ///
 /// | target | mean square of the calm line's error | of the last measurement's | of the quick line's | of the last one's |
@@ -129,7 +129,7 @@ pub struct Track {
 /// | swings in six blocks with the mean square 1 | 1.0 | 0.5 | 1.1 | 0.5 |
 /// | swings in four blocks | 1.0 | 1.0 | 1.1 | 1.0 |
 ///
-/// Each is over the variance of that prediction's error where a target scatters. The calm line tells best, but lags behind a target that
+/// Each is over the variance of that prediction's error where a target scatters. The calm line decides best, but lags behind a target that
 /// accelerates while it scatters; the quick line follows it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Learnt {
@@ -246,7 +246,7 @@ struct Line {
     alone: f32,
 }
 
-/// How a line is drawn, and what it tells.
+/// How a line is drawn, and what it decides.
 struct Kind {
     /// The least gains of its place and rate, and the least variance of a measurement beyond the last one moved by its rate.
     place: f32,

@@ -93,7 +93,7 @@ impl Budget {
         [sum(|part| part.range), sum(|part| part.velocity)]
     }
 
-    /// The budget of the mean of so many blocks: their noise is less by the root of their number, the rest stays.
+    /// The budget of the mean of `blocks` blocks: the noise falls by the root of their number, the rest stays.
     #[must_use]
     pub fn of_mean(mut self, blocks: u32) -> Self {
         let share = 1.0 / (blocks.max(1) as f32).root();

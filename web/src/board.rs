@@ -125,7 +125,7 @@ impl Board {
         self.asks = true;
     }
 
-    /// The sample rate of what is said of a block: that of its record; the settings' where no record tells one. NaN if unknown.
+    /// The sample rate of a block's answers: that of its record, or of the settings if no record has one. NaN if unknown.
     fn rate_of(&self, sequence: u32) -> f64 {
         let settings = self.device.as_ref().map(|(device, _)| device.config.rate_hz);
         let told = match self.listener.rate_hz() {
@@ -154,7 +154,7 @@ impl Board {
         (self.device, self.asks, self.told_hz) = (Some((device, n)), false, None);
     }
 
-    /// The tones that the board told last, see [`row`].
+    /// The tones that the board sent last, see [`row`].
     pub fn tones(&self) -> impl Iterator<Item = f64> {
         self.lines.tones.iter().flat_map(|tone| row(tone, self.lines_hz))
     }

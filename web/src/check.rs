@@ -19,7 +19,7 @@ use same_bits::{Random, fill, hashed};
 const ROUND: [(usize, u32); 7] =
     [(64, 300), (128, 300), (256, 300), (512, 300), (1024, 300), (2048, 100), (4096, 50)];
 
-/// Measures at least so many blocks, real ones and I/Q in turn, of 64 to 4096 samples.
+/// Measures at least this many blocks, real ones and I/Q in turn, of 64 to 4096 samples.
 pub fn checksum(fixed: bool, blocks: u32) -> Seen {
     let mut seen = Seen { blocks: 0, checksum: 0xCBF2_9CE4_8422_2325, good: 0 };
     let mut random = Random(0x2545_F491_4F6C_DD1D);

@@ -27,7 +27,7 @@ fn page<T>(work: impl FnOnce(&mut Page) -> T) -> T {
     PAGE.with_borrow_mut(work)
 }
 
-/// Room for so many bytes from the page: their address.
+/// Reserves this many bytes for the page; returns their address.
 #[unsafe(no_mangle)]
 pub extern "C" fn picket_inbox(bytes: usize) -> *mut u8 {
     page(|page| {
@@ -79,7 +79,7 @@ pub extern "C" fn picket_start(seed: u32) -> u32 {
     page(|page| page.start(seed.into()).into())
 }
 
-/// Measures so many blocks of the simulated scene; leaves their answers.
+/// Measures this many blocks of the simulated scene; leaves their answers.
 #[unsafe(no_mangle)]
 pub extern "C" fn picket_simulate(blocks: u32) {
     page(|page| page.simulate(blocks))
@@ -97,7 +97,7 @@ pub extern "C" fn picket_open(name: usize) -> u32 {
     page(|page| page.open(name).into())
 }
 
-/// Measures so many blocks of the open file; leaves their answers. 0 at its end, and text if that is an error.
+/// Measures this many blocks of the open file; leaves their answers. 0 at its end, and text if that is an error.
 #[unsafe(no_mangle)]
 pub extern "C" fn picket_read(blocks: u32) -> u32 {
     page(|page| page.read(blocks).into())
@@ -128,7 +128,7 @@ pub extern "C" fn picket_shown() {
     page(Page::shown)
 }
 
-/// Leaves the tones that the board told of a block, see [`row`].
+/// Leaves the tones of a block that the board sent, see [`row`].
 #[unsafe(no_mangle)]
 pub extern "C" fn picket_tones() {
     page(Page::tones)
@@ -152,7 +152,7 @@ pub extern "C" fn picket_state() {
     page(Page::state)
 }
 
-/// The checksum of so many random blocks, for a comparison with other machines.
+/// The checksum of this many random blocks, for a comparison with other machines.
 #[unsafe(no_mangle)]
 pub extern "C" fn picket_checksum(fixed: u32, blocks: u32) -> u64 {
     check::checksum(fixed != 0, blocks).checksum

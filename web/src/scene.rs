@@ -289,7 +289,7 @@ mod tests {
     use picket_dsp::pipeline::Outcome;
     use picket_dsp::tone::Verdict;
 
-    /// The errors of so many good answers in units of their sigmas: of the tone, the velocity and the range.
+    /// The errors of this many good answers in units of their sigmas: of the tone, the velocity and the range.
     fn errors(settings: &Settings, sliders: &[(&str, f64)], blocks: usize) -> [Vec<f64>; 3] {
         let mut scene = Scene::new(1);
         assert!(sliders.iter().all(|&(name, value)| scene.set(name, value)));

@@ -152,7 +152,7 @@ layout! {
         rate_bins: f32,
         /// Tones followed at once, 0 to 4.
         most: u8,
-        /// One block in so many is searched whole; 0 or 1 searches all.
+        /// One block in `refresh` is searched whole; 0 or 1 searches all.
         refresh: u8,
     }
 

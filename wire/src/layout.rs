@@ -29,9 +29,9 @@ pub enum Form {
     Structure(&'static Structure),
     /// One of several cases.
     Choice(&'static str, &'static [Case]),
-    /// At most so many values.
+    /// A list of at most this many values.
     List(&'static Form, usize),
-    /// Exactly so many values, without a count.
+    /// Exactly this many values, without a count.
     Array(&'static Form, usize),
     /// A value or none.
     Option(&'static Form),

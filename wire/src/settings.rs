@@ -199,7 +199,7 @@ layout! {
         drive: Drive,
         /// How blocks are used.
         mode: Mode,
-        /// One block in so many sends telemetry.
+        /// One block in `report_every` sends telemetry.
         report_every: u16,
         /// Tones reported a block.
         most: u8,

@@ -37,7 +37,7 @@ pub struct Telemetry {
     pub method: Method,
     /// What was lost so far.
     pub health: Health,
-    /// By what it was measured, if the program reports it.
+    /// The settings, clock and effort of the measurement, if the program reports them.
     pub basis: Option<Basis>,
 }
 

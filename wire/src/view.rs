@@ -303,7 +303,7 @@ views! {
         rate_bins: f32,
         /// tones followed at once, 1 to 4; 0 is 1
         most: u8,
-        /// one block in so many is searched whole while one tone is locked; 0 searches all
+        /// one block in `refresh` is searched whole while one tone is locked; 0 searches all
         refresh: u8,
         /// 0
         reserved: [u8; 2],
@@ -313,7 +313,7 @@ views! {
     Accumulating "picket_accumulating" {
         /// probability for each sum that noise passes for a tone; 0 is 1e-6
         false_alarm: f64,
-        /// the line moves by so many bins from block to block
+        /// bins by which the line moves from block to block
         drift_bins: f32,
         /// of a sum: 1 to 65,536
         blocks: u32,
@@ -541,7 +541,7 @@ impl Tone {
         });
     }
 
-    /// A tone of a block in which so many samples touch a rail.
+    /// A tone of a block in which `clipped` samples touch a rail.
     pub fn from_tone(tone: &picket_dsp::Tone, clipped: u32) -> Self {
         Self {
             frequency_hz: tone.hertz(),

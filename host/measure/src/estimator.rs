@@ -73,7 +73,7 @@ impl Estimator {
         Estimator::Core { method, reach }
     }
 
-    /// True for the two forms of least squares, which tell sigma themselves.
+    /// True for the two forms of least squares, which return sigma themselves.
     pub const fn least_squares(self) -> bool {
         matches!(
             self,

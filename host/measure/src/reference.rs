@@ -24,7 +24,7 @@ impl Reference {
     /// Every one.
     pub const ALL: &'static [Reference] = &[Reference::Kay, Reference::Fitz, Reference::Ml];
 
-    /// What there is to know of it, as the core's registry tells of its methods.
+    /// Its description, as the core's registry has one of each method.
     pub const fn about(self) -> About {
         let (name, records, efficiency, doc) = match self {
             Reference::Kay => {

@@ -108,7 +108,7 @@ impl Array {
         self.channels.first().map_or(0, Vec::len)
     }
 
-    /// The rate, Hz, that it tells.
+    /// The rate in it, Hz.
     fn rate_hz(&self) -> Option<f64> {
         let name = self.name.to_ascii_lowercase();
         let [only] = &self.channels[..] else { return None };

@@ -28,9 +28,9 @@ pub struct Axes {
     count: usize,
 }
 
-/// From so many of the shorter side on, two sides are records and their samples and not channels.
+/// From this length of the shorter side on, two sides are records and their samples, not channels.
 const RECORDS: u64 = 9;
-/// Receivers at most, where nobody says what a side counts.
+/// The most receivers, where no name states what a side counts.
 const RECEIVERS: u64 = 16;
 
 impl Axis {

@@ -13,7 +13,7 @@ pub enum RecordingError {
     Io(PathBuf, io::Error),
     /// The file holds no samples.
     Empty(PathBuf),
-    /// Neither the name nor the bytes tell the format; the readings of the bytes that are possible.
+    /// Neither the name nor the bytes show the format; the possible readings of the bytes.
     Unclear(PathBuf, &'static [Format]),
     /// The length in bytes is not a whole number of samples of this many bytes.
     OddSize(PathBuf, u64, u64),
@@ -33,11 +33,11 @@ pub enum RecordingError {
     Either(PathBuf),
     /// Commas may be decimal, or stand between columns.
     Comma(PathBuf, String),
-    /// Columns of values beside the time, with what to type for them.
+    /// Columns of values in addition to the time, with what to type for them.
     Columns(PathBuf, String),
     /// This channel or column is not there; those that are.
     Channel(PathBuf, usize, usize),
-    /// Two channels are chosen as I and Q of which each is I/Q already; this many there are.
+    /// Two channels are chosen as I and Q, but each is I/Q already; there are this many.
     AlreadyPairs(PathBuf, usize),
     /// This many channels of complex numbers, and none is chosen.
     ComplexChannels(PathBuf, usize),

@@ -88,7 +88,7 @@ const SUFFIXES: [(Format, &[&str]); 21] = [
     (Format::Json, &["json", "jsonl", "ndjson"]),
 ];
 
-/// Suffixes that do not tell what numbers there are.
+/// Suffixes that leave the kind of numbers open.
 const VAGUE: [&str; 5] = ["bin", "raw", "pcm", "dat", "iq"];
 
 fn suffix(path: &Path) -> Option<String> {
@@ -107,7 +107,7 @@ impl Format {
         suffix(path).is_some_and(|suffix| VAGUE.contains(&suffix.as_str()))
     }
 
-    /// The format that a file's first bytes tell.
+    /// The format by a file's first bytes.
     pub(super) fn seen(head: &[u8]) -> Option<Self> {
         let at =
             |place: usize, bytes: &[u8]| head.get(place..).is_some_and(|x| x.starts_with(bytes));

@@ -53,7 +53,7 @@ fn gather(group: &Group, name: &str, deep: usize, into: &mut Vec<Array>) -> Resu
     Ok(())
 }
 
-/// Rates that attributes tell, as arrays of one number, which is where files of other formats have them.
+/// Rates in attributes, as arrays of one number, which is where files of other formats have them.
 fn rates(attributes: &std::collections::HashMap<String, AttrValue>, into: &mut Vec<Array>) {
     for (name, value) in attributes {
         let number = match *value {

@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_2_PI;
 
 /// What clips spends this share of the samples at either end, and twice what a sine does that does not.
 const CLIPPED: f64 = 0.002;
-/// Different values that are distinguished: the codes of 16 bits. What has more has no steps that matter.
+/// The most different values that are counted: the codes of 16 bits. With more, steps do not matter.
 const DISTINCT: usize = 1 << 16;
 /// Samples whose values are counted.
 const COUNTED: u64 = 1 << 20;
@@ -97,7 +97,7 @@ impl Gauge {
         Some(Levels { low, high, mean: first + mean, rms, step, clipped, ends, whole: !fraction })
     }
 
-    /// The step of which all values are multiples, if there is one: the least distance between two of them, or the greatest divisor
+    /// The largest step that divides all values, if there is one: the least distance between two of them, or the greatest divisor
     /// of whole numbers.
     fn step(&self) -> Option<f64> {
         let mut values: Vec<f64> = self.times.keys().map(|&bits| f64::from_bits(bits)).collect();

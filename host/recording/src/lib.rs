@@ -86,7 +86,7 @@ const BEGINNING: usize = 8192;
 /// What a user says about a file.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Options {
-    /// The format; told by the file's name or its first bytes where `None`.
+    /// The format; `None`: from the file's name or its first bytes.
     pub format: Option<Format>,
     /// Samples per second, where the file does not know, or another is right.
     pub rate_hz: Option<f64>,
@@ -133,14 +133,14 @@ impl Sample {
     }
 }
 
-/// What a file tells of itself, before its numbers become codes.
+/// A file's contents before its numbers become codes.
 struct Opened {
     rate_hz: Option<f64>,
     iq: bool,
     length: Option<u64>,
     unit: Unit,
     source: Box<dyn Source>,
-    /// Samples of a record of its own, of which the recording has several.
+    /// Samples of a record, if the recording has separate ones.
     row: Option<u64>,
     axes: Option<Axes>,
     /// How its samples lie in time.
@@ -150,7 +150,7 @@ struct Opened {
 }
 
 impl Opened {
-    /// Real samples of which nothing is known.
+    /// Real samples without any description.
     fn new(unit: Unit, source: Box<dyn Source>) -> Self {
         let (rate_hz, length, row, axes, clock) = (None, None, None, None, None);
         Self { rate_hz, iq: false, length, unit, source, row, axes, clock, notes: Vec::new() }
@@ -172,7 +172,7 @@ pub struct Recording {
     /// Samples read, and the last one of them.
     read: u64,
     last: Sample,
-    /// The numbers of the missing ones that nobody has asked for.
+    /// The numbers of the missing ones that were not yet returned.
     missing: Vec<u64>,
     missed: u64,
 }
@@ -300,12 +300,12 @@ impl Recording {
         &self.path
     }
 
-    /// Samples per second; 1 where nobody knows, so that frequencies are in cycles per sample.
+    /// Samples per second; 1 if the rate is not known, so that frequencies are in cycles per sample.
     pub fn rate_hz(&self) -> f64 {
         self.rate_hz.unwrap_or(1.0)
     }
 
-    /// Whether the file or the user tells the rate.
+    /// Whether the file or the user states the rate.
     pub fn knows_rate(&self) -> bool {
         self.rate_hz.is_some()
     }
@@ -335,7 +335,7 @@ impl Recording {
         self.iq
     }
 
-    /// The number of samples, where the file tells it before it is read.
+    /// The number of samples, if the file states it before it is read.
     pub fn length(&self) -> Option<u64> {
         self.length
     }

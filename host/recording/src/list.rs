@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 /// So many numbers are a list.
 const LEAST: usize = 8;
-/// Rows of no more numbers are samples of so many channels; longer ones are records.
+/// Rows of up to this many numbers are samples of as many channels; longer ones are records.
 const CHANNELS: u64 = 8;
 /// No number is repeated more often.
 const REPEATED: u64 = 1 << 24;

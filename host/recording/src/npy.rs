@@ -1,4 +1,4 @@
-//! NumPy's arrays (npy, versions 1 to 3): one dimension, or two of which one counts the channels; complex numbers are I/Q.
+//! NumPy's arrays (npy, versions 1 to 3): one dimension, or two, one for the channels; complex numbers are I/Q.
 
 use super::arrays::{Array, Channels};
 use super::axes::Cube;

@@ -12,7 +12,7 @@ use super::{
 use super::{flac, hdf5, mat, npz, sigmf};
 use std::path::Path;
 
-/// The numbers of a file. A name that tells its format is believed, unless the first bytes tell another.
+/// The numbers of a file. The name decides the format, unless the first bytes show another.
 pub(super) fn opened(
     path: &Path,
     input: Input,

@@ -7,10 +7,10 @@
 
 use super::Format;
 
-/// Numbers that are looked at, and fewer than which tell nothing.
+/// The number of samples looked at; fewer show nothing.
 const LOOKED_AT: usize = 16_384;
 const LEAST: usize = 256;
-/// What a prediction leaves of the power, where it holds; and so many times as much where it does not.
+/// The share of power that a right prediction leaves, and the factor by which a wrong one leaves more.
 const LEFT: f64 = 0.05;
 const TIMES: f64 = 8.0;
 /// Mirror images of at least this share of the power.

@@ -72,7 +72,7 @@ impl Scaling {
         Self { factor, shift }
     }
 
-    /// The scaling for a recording of which only the beginning is known.
+    /// The scaling for a recording that is known only in part, from its beginning.
     pub(super) fn of_beginning(levels: &Levels) -> Self {
         let scaling = Self::from_levels(&Levels { ends: [false; 2], ..*levels });
         if scaling == Self::CODES {

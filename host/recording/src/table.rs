@@ -1,4 +1,4 @@
-//! The shape of a file of columns, seen from its first lines: what stands between columns, where the numbers begin, which column
+//! The shape of a file of columns, seen from its first lines: what separates columns, where the numbers begin, which column
 //! is the time and how fast it runs. Oscilloscopes' files (Tektronix, Rigol, Siglent, Keysight) begin with lines of their own.
 
 use super::times;

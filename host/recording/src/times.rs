@@ -13,7 +13,7 @@ pub(super) const KEPT: usize = 1 << 22;
 /// Rows of a part that has a rate of its own, at least; and parts at most.
 const LEAST: usize = 64;
 const PARTS: usize = 16;
-/// A rate is another one if it differs by this share, and by so many sigmas.
+/// A rate counts as changed if it differs by this share, and by this many sigmas.
 const OTHER: f64 = 2e-3;
 const SIGMAS: f64 = 6.0;
 /// No pause is filled with more samples than this.
@@ -22,7 +22,7 @@ const LONGEST: u64 = 1 << 20;
 /// How the samples lie in time.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Timing {
-    /// Samples per second, and one standard deviation of it; `None` where only a person can tell.
+    /// Samples per second, and one standard deviation of it; `None` where only the user knows.
     pub clock: Option<Clock>,
     /// The rows that are read.
     pub rows: Range<u64>,
@@ -58,7 +58,7 @@ impl Clock {
     }
 }
 
-/// One standard deviation of the step of so many rows.
+/// One standard deviation of the step, from this many rows.
 fn slope_sigma(own: f64, walk: f64, rows: f64) -> f64 {
     (12.0 * own * own / rows.powi(3) + 1.2 * walk * walk / rows).sqrt()
 }

@@ -16,11 +16,11 @@ pub(super) struct Named {
 /// What a column means.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Meaning {
-    /// Times; one of their units has so many seconds.
+    /// Times, with the seconds in one of their units.
     Seconds { of_one: f64, note: String },
     /// The header's step holds.
     Step { seconds: f64, note: String },
-    /// Only a person can tell.
+    /// Only the user knows.
     Unknown { note: String },
 }
 
@@ -41,7 +41,7 @@ const UNITS: [(f64, &str, &[&str]); 7] = [
 /// Words for a time without a unit.
 const TIMES: [&str; 9] =
     ["time", "zeit", "temps", "timestamp", "t", "x-axis", "epoch", "datetime", "clock"];
-/// Rates of loggers, Hz, of which some are thought of.
+/// Common rates of loggers, Hz.
 const PLAUSIBLE: std::ops::RangeInclusive<f64> = 5.0..=250e3;
 
 /// The words of a name.

@@ -1,6 +1,6 @@
 //! RIFF WAVE files, and those with lengths of 64 bits (RF64).
 //!
-//! Chunks are read here rather than by a crate, because a damaged or streamed file is to be distinguished, and 64-bit floats are to be read.
+//! Chunks are read here rather than by a crate, so that damaged and streamed files are distinguished, and 64-bit floats are read.
 
 use super::input::Input;
 use super::number::{Kind, Number};

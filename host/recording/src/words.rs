@@ -11,7 +11,7 @@ pub(super) enum Word {
     Open,
     Close,
     Number(f64, Option<f64>),
-    /// The last number again, so many times in all.
+    /// The last number, repeated this many times in all.
     Repeats(u64),
     /// What the program left out.
     Dots,

@@ -43,7 +43,7 @@ pub struct Options {
     replay: Option<PathBuf>,
 }
 
-/// Measures, tells, and saves where that is asked for.
+/// Measures, prints the result, and saves it on request.
 pub fn run(options: &Options) -> Result<ExitCode, CalibrateError> {
     if options.port.is_none() && options.replay.is_none() {
         let (lines, first) = ports::list();
@@ -78,7 +78,7 @@ pub fn run(options: &Options) -> Result<ExitCode, CalibrateError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// A board, or what it said.
+/// A board, or its recording.
 struct Talk {
     source: Source,
     listener: Listener,
@@ -94,7 +94,7 @@ impl Talk {
         Self { source, listener: Listener::default(), orders, heard: false, bytes: 0 }
     }
 
-    /// What is said next; nothing for a moment in which nothing is said, `None` at the end of a recording.
+    /// The next message; nothing for a moment without one, `None` at the end of a recording.
     fn next(&mut self) -> Result<Option<Vec<Said>>, WatchError> {
         let bytes = match self.source.piece()? {
             Piece::End => return Ok(None),
@@ -115,7 +115,7 @@ impl Talk {
     }
 }
 
-/// The settings that a board has in use, if this says so.
+/// The settings that a board uses, if this message has them.
 fn told(said: &Said) -> Option<(Settings, usize)> {
     let Said::Answer(answer, Ok(body)) = said else { return None };
     let asked = answer.command == Command::GetSettings.number();
@@ -127,14 +127,14 @@ fn told(said: &Said) -> Option<(Settings, usize)> {
 struct Collected {
     settings: Settings,
     n: usize,
-    /// By what the board runs, where it tells.
+    /// The board's clock, if it reports it.
     clock: Option<Clock>,
     /// The tones of all records.
     tones: Vec<Tone>,
     seconds: f64,
 }
 
-/// Listens to the board for the time that was asked for.
+/// Listens to the board for the given time.
 fn collect(talk: &mut Talk, options: &Options) -> Result<Collected, CalibrateError> {
     let live = talk.source.listens();
     let bar = progress::bar(options.seconds.ceil() as u64, "s");

@@ -41,7 +41,7 @@ const BOARD: Machine = Machine::An505;
 /// No run takes longer.
 const LIMIT: Duration = Duration::from_secs(3600);
 
-/// Plays blocks of `n` samples to an image of the emulated board; `take` gets all that the image says. Gives what was lost on the way.
+/// Plays blocks of `n` samples to an image of the emulated board; `take` receives all messages of the image. Returns what was lost on the way.
 pub(super) fn play<R: Kind>(
     bin: &'static str,
     (config, n): (Config, usize),

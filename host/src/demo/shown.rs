@@ -199,7 +199,7 @@ impl Answer {
         [self.range_m - place[0], self.velocity_mps - place[1]]
     }
 
-    /// Whether it is nearer to this place than so many metres and metres per second.
+    /// Whether its distance from this place is less than these metres and metres per second.
     pub(super) fn is_near(&self, place: [f64; 2], near: [f64; 2]) -> bool {
         let [range, velocity] = self.off(place);
         range.abs() < near[0] && velocity.abs() < near[1]

@@ -51,7 +51,7 @@ impl Measured {
     }
 }
 
-/// A range or a velocity: what stands of it below a table and in a picture.
+/// A range or a velocity: its line below a table, and its picture.
 #[derive(Clone, Copy, Debug)]
 struct Quantity {
     /// Its place among range and velocity.
@@ -396,7 +396,7 @@ impl Task {
         Ok(blocks.collect::<Result<Vec<_>, _>>()?.concat())
     }
 
-    /// What the firmware on the emulated MPS2 tells of them.
+    /// The answers of the firmware on the emulated MPS2.
     fn on_mps2<R: Kind>(&self, options: &Options) -> Result<Vec<Measurement>, DemoError> {
         let blocks = self.all_blocks::<R>(options)?.into_iter().map(Ok);
         let mut measurements = Vec::new();

@@ -52,7 +52,7 @@ impl Car {
     }
 }
 
-/// Of all chirps, and whether nothing but cars is called good, and nearly all that can be are found.
+/// The result over all chirps: whether only cars are called good, and nearly all that are visible are found.
 fn summary(rows: &[Row]) -> (Keys, String, bool) {
     let good = rows.iter().flat_map(|row| row.targets.iter().map(move |answer| (row, answer)));
     let good: Vec<_> = good.filter(|(_, answer)| answer.is_good()).collect();
@@ -83,7 +83,7 @@ fn summary(rows: &[Row]) -> (Keys, String, bool) {
     (all, text, right)
 }
 
-/// The cars at the moment to which a chirp's ranges refer, and which of them can be told from the others.
+/// The cars at the moment to which a chirp's ranges refer, and which of them can be separated from the others.
 fn cars(run: &Run, cycle: usize) -> Vec<Car> {
     let beats = std::array::from_fn::<_, { CARS.len() }, _>(|car| {
         let beat = |segment: usize| {
@@ -147,7 +147,7 @@ fn pairs(row: &Row) -> Vec<Keys> {
     pairs.into_iter().enumerate().map(line).collect()
 }
 
-/// Right: nothing but cars is called good, and nearly all that can be are found.
+/// Right: only cars are called good, and nearly all that are visible are found.
 pub(super) fn measured(options: &Options) -> Result<Shown, DemoError> {
     let rows = rows(options.seed, options.snr_db())?;
     let (all, text, right) = summary(&rows);

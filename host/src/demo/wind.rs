@@ -52,7 +52,7 @@ fn over_noise(powers: &[f64], peak: usize) -> Vec<f64> {
     (0..N).filter_map(|k| powers.get((k + N / 2) % N)).map(|power| power / mean).collect()
 }
 
-/// The one measurement that the board has told.
+/// The only measurement that the board has sent.
 fn measured_by_board(said: &mut Vec<Said>) -> Result<(Tone, Velocity), DemoError> {
     let mut tones = said.drain(..).filter_map(|said| match said {
         Said::Telemetry(record) => Some(record.measurement),

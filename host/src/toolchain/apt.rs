@@ -43,7 +43,7 @@ pub(super) struct Apt<'a> {
     folder: &'a Path,
 }
 
-/// The file of a package, as apt-get tells of it before it downloads it.
+/// The file of a package, as apt-get lists it before the download.
 #[derive(Debug, PartialEq)]
 struct Parcel {
     file: String,

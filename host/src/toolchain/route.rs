@@ -37,7 +37,7 @@ impl Route {
     }
 }
 
-/// The way to a target, decided once in a process and told in one line.
+/// The way to a target, decided once in a process and printed in one line.
 pub(super) fn route(triple: &'static str) -> Result<Route, ToolError> {
     static CHOSEN: Mutex<Option<HashMap<&'static str, Route>>> = Mutex::new(None);
     let mut chosen = CHOSEN.lock().unwrap_or_else(PoisonError::into_inner);

@@ -29,7 +29,7 @@ pub(super) struct Unpacked {
     pub programs: &'static [(&'static str, &'static str)],
 }
 
-/// What is left in a package: pages for people, and the compiler's own source, of which only the library's is built.
+/// Parts of packages that are not unpacked: pages for people, and the compiler's own source, except for the library's.
 const LEFT: [&str; 5] = [
     "./usr/share/doc",
     "./usr/share/man",

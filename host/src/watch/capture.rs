@@ -1,4 +1,4 @@
-//! A capture: blocks as they are, into a file. A block of which a piece is lost on the line is asked for again.
+//! A capture: the samples of blocks, into a file. A block that loses a piece on the line is requested again.
 
 use super::{Kept, WatchError};
 use crate::device::Blocks;

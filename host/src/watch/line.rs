@@ -61,7 +61,7 @@ impl Reading {
         }
     }
 
-    /// Comma-separated values of what stands below a block's row, empty where only a block has one. `more` are
+    /// Comma-separated values of the lines below a block's row, empty where only a block has one. `more` are
     /// the last three columns.
     pub(super) fn csv_below(
         &self,

@@ -69,7 +69,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// Whether what comes can be kept where it is wanted.
+    /// Whether the messages can be stored in the wanted file.
     fn check(&self) -> Result<(), WatchError> {
         let capture = self.orders.capture().map(|(_, path)| path);
         let mut read: Vec<&Path> = self.replay.iter().map(PathBuf::as_path).collect();
@@ -144,7 +144,7 @@ pub fn run(options: &Options) -> Result<ExitCode, WatchError> {
     }
 }
 
-/// A file of which all that was written is kept, however the program ends.
+/// A file that keeps everything written to it, however the program ends.
 struct Kept(Growing);
 
 impl Kept {
@@ -175,14 +175,14 @@ struct Watch {
     /// The block of that row, if it is the last one's.
     sequence: Option<u32>,
     capture: Option<Capture>,
-    /// The orders' answers are wanted, not what is measured meanwhile.
+    /// Only the answers to commands are wanted, not the measurements meanwhile.
     quiet: bool,
     /// A frame was understood.
     heard: bool,
     patience: Patience,
 }
 
-/// When the terminal says that nothing comes.
+/// When the terminal reports silence.
 #[derive(Debug)]
 struct Patience {
     since: Instant,
@@ -274,7 +274,7 @@ impl Watch {
         self.capture.as_ref().is_some_and(Capture::misses)
     }
 
-    /// Asks for captured blocks again that did not come whole.
+    /// Requests captured blocks again that did not arrive whole.
     fn capture_again(
         &mut self,
         orders: &mut Pending,
@@ -373,7 +373,7 @@ impl Watch {
         }
     }
 
-    /// What belongs to the block of a row, below it.
+    /// The lines below the row of a block.
     fn below(&mut self, sequence: u32, written: Vec<String>) {
         let shown = match self.style {
             Style::Csv => self.header,
@@ -385,7 +385,7 @@ impl Watch {
         }
     }
 
-    /// A line for people, beside what is for programs.
+    /// A line for people, next to the output for programs.
     fn note(&self, text: &str) {
         if self.style == Style::Table && !self.quiet {
             print_line(text);

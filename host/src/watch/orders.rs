@@ -79,7 +79,7 @@ pub struct Pending {
     print: bool,
     /// The user ordered something.
     ordered: bool,
-    /// The settings are asked for, and nobody ordered that.
+    /// The settings are requested by the program, not by the user.
     renews: bool,
 }
 
@@ -266,7 +266,7 @@ impl Pending {
         Ok(())
     }
 
-    /// Whether the orders are all that was wanted, and what is measured meanwhile is not.
+    /// Whether only the answers to commands are wanted, and not the measurements meanwhile.
     pub fn alone(&self) -> bool {
         self.ends
     }

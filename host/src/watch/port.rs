@@ -18,7 +18,7 @@ pub enum Source {
         name: String,
         /// Open.
         port: Option<Box<dyn SerialPort>>,
-        /// Whether its absence was told.
+        /// Whether its absence was reported.
         told: bool,
     },
     /// A file.

@@ -8,7 +8,7 @@ const BOARD: u16 = 0x0483;
 /// What a Pico with Picket calls itself.
 const PICO: &str = "Picket on a Pico";
 
-/// A rule for Linux that lets whoever sits at the machine use the board.
+/// A udev rule for Linux that lets every user at the machine use the board.
 pub const UDEV: &str = "\
 # The NUCLEO's programmer and serial port, for whoever sits at the machine and for the group dialout:
 #   picket watch --install-udev | sudo tee /etc/udev/rules.d/70-picket.rules

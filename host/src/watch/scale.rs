@@ -1,4 +1,4 @@
-//! What is known of a device beside its records: it holds until the device restarts, or its records tell of another rate.
+//! What is known about a device in addition to its records. It holds until the device restarts, or its records have another rate.
 
 use super::settings::from_answer;
 use crate::device::{Listener, Said};
@@ -12,7 +12,7 @@ pub struct Known {
     pub n: usize,
     /// I/Q records.
     pub iq: bool,
-    /// The rate that the first record after them told.
+    /// The rate in the first record after them.
     told_hz: Option<f64>,
 }
 
@@ -26,7 +26,7 @@ impl Known {
 /// What gives records their units.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Scale {
-    /// Samples per second as the user says, if the device does not report them.
+    /// Samples per second as the user states, if the device does not report them.
     given_hz: Option<f64>,
     known: Option<Known>,
 }

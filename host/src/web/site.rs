@@ -34,7 +34,7 @@ const TEXT: &str = "text/plain; charset=utf-8";
 const HTML: &str = "text/html; charset=utf-8";
 const CSS: &str = "text/css; charset=utf-8";
 const SCRIPT: &str = "text/javascript; charset=utf-8";
-/// The modules: all that the page does, and what finds several tones, which is loaded when that is wanted.
+/// The modules: the page's own, and the one for several tones, which is loaded on demand.
 pub const MODULES: [(&str, &str); 2] = [("picket.wasm", WASM), ("tones.wasm", WASM)];
 const WASM: &str = "application/wasm";
 

@@ -1,6 +1,6 @@
-//! What a measurement at a known distance tells of a sensor.
+//! The calibration of a sensor by a measurement at a known distance.
 
-/// What is known of a sensor beside its waveform, each with one standard deviation. The default is a perfect sensor.
+/// The errors of a sensor apart from its waveform's, each with one standard deviation. The default is a perfect sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Calibration {

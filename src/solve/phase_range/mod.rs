@@ -63,7 +63,7 @@ pub struct PhaseRange {
     pub sigma_by_frequency: f32,
     /// One standard deviation of the range by the phase within its turn, of the noise, metres: of each candidate.
     pub sigma_by_phase: f32,
-    /// The odds of the most probable turn: its probability over that of all others together. 0 where no turn can be told.
+    /// The odds of the most probable turn: its probability over that of all others together. 0 where no turn can be determined.
     pub odds: f32,
     /// The worst verdict of the tones.
     pub verdict: Verdict,

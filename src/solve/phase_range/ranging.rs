@@ -65,7 +65,7 @@ pub struct PhaseRanging {
     calibration: Calibration,
 }
 
-/// A range by frequency where a phase was taken, with all that shifts it.
+/// A range by frequency at the time of a phase, with everything that shifts it.
 #[derive(Clone, Copy)]
 struct Place {
     range: I32F32,
@@ -241,10 +241,10 @@ impl PhaseRanging {
     }
 
     /// The calibration that a target at rest at a known range makes of its tone on the rising ramp: the phase at 0 m and the range's offset.
-    /// `known_m` has one standard deviation beside it, metres. The slope stays. `None` for a tone that may not be used, or a range that is not finite.
+    /// `known_m` is a range and one standard deviation, metres. The slope stays. `None` for a tone that may not be used, or a range that is not finite.
     ///
-    /// The known range should be exact to a tenth of a wavelength if ranges are to be absolute; a less exact one leaves ranges that are exact
-    /// beside it, as `sigma_phase_rad` says.
+    /// The known range should be exact to a tenth of a wavelength if ranges are to be absolute; with a less exact one, ranges are exact
+    /// relative to each other, as `sigma_phase_rad` states.
     pub fn calibrate(
         &self,
         phasor: &ToneWithPhase,

@@ -104,7 +104,7 @@ impl Flow {
         }
     }
 
-    /// Goes on for so many samples: the bursts that are complete with them. Other sliders are another scene.
+    /// Goes on for this many samples, and returns the bursts that they complete. Other sliders are another scene.
     pub fn advance(&mut self, sliders: &Sliders, count: usize) -> Vec<Found> {
         let goes_on = self.run.as_ref().is_some_and(|(_, of, begun)| {
             of == sliders && (self.samples - begun) as f64 + count as f64 <= SCENE_S * RATE_HZ

@@ -161,7 +161,7 @@ pub extern "C" fn tones_terms() -> *mut f64 {
     EXCHANGE.with_borrow_mut(|exchange| exchange.terms.as_mut_ptr())
 }
 
-/// Room for so many samples of two codes each: its address.
+/// Reserves room for this many samples of two codes each; returns its address.
 #[unsafe(no_mangle)]
 pub extern "C" fn tones_samples(count: usize) -> *mut i16 {
     EXCHANGE.with_borrow_mut(|exchange| {
@@ -171,7 +171,7 @@ pub extern "C" fn tones_samples(count: usize) -> *mut i16 {
     })
 }
 
-/// Finds at most so many tones in those samples; gives how many numbers it leaves.
+/// Finds at most this many tones in those samples; returns how many numbers it leaves.
 #[unsafe(no_mangle)]
 pub extern "C" fn tones_find(most: usize) -> usize {
     EXCHANGE.with_borrow_mut(|exchange| {
@@ -267,7 +267,7 @@ pub extern "C" fn tones_flow_begin(seed: u32) {
     });
 }
 
-/// Lets it flow for so many samples, by the first five of the terms: the mean speed in m/s, its turbulence as a share, particles per second,
+/// Lets it flow for this many samples, by the first five of the terms: the mean speed in m/s, its turbulence as a share, particles per second,
 /// signal-to-noise ratio in dB and level in dB of full scale. The text has the samples around the last burst as floats of 32 bits. Of each burst these are
 /// numbers: arrival in s, frequency in Hz, its sigma, signal-to-noise ratio in dB, amplitude in codes, transit time in s, verdict, speed in m/s, its sigma,
 /// the truth, and the validation's number. Gives the number of bursts.

@@ -92,7 +92,7 @@ impl Radar {
     }
 }
 
-/// Measures every chirp of `file`, of which `cut` says how it is read and where the first ramp begins.
+/// Measures every chirp of `file`; `cut` states how it is read and where the first ramp begins.
 pub fn run(
     file: &Path,
     cut: &Cut,

@@ -237,7 +237,7 @@ mod tests {
         assert_eq!(of(100.3, 1000.0, true, 0.0), [Verdict::Gap; 2]);
     }
 
-    /// A tone of which the rails cut some part, at every length: each is measured, and is measured right.
+    /// A tone that the rails clip in part, at every length: each is measured, and measured right.
     #[test]
     fn every_length_measures_a_clipped_tone() {
         let of = |n: usize, iq: bool, arithmetic: Arithmetic, trial: u64| {

@@ -35,7 +35,7 @@ impl Failure {
 }
 
 /// Parses the arguments of `P`, the program of this name, and runs it. A wrong option or an error is one line on stderr and exit code 2.
-/// `first` is the command to name to who names none.
+/// `first` is the advice for a user who names no command.
 pub fn main<P: CommandFactory + FromArgMatches>(
     name: &str,
     first: &str,

@@ -39,7 +39,7 @@ pub fn positive(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "give a positive number, 1e-18 to 1e18".into())
 }
 
-/// The file of a picture: its name tells its kind.
+/// The file of a picture: its name decides its kind.
 pub fn picture(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     let known = path.extension().is_some_and(|suffix| suffix == "svg" || suffix == "png");

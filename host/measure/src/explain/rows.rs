@@ -97,7 +97,7 @@ pub struct Row {
     pub unit: &'static str,
     /// Whether the test says something against the tone.
     pub fired: bool,
-    /// Whether it can: another only tells which tests are made, or what a sum is made of.
+    /// Whether it can: another only decides which tests are made, or lists the parts of a sum.
     pub decides: bool,
     /// What followed.
     pub followed: String,

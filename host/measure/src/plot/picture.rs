@@ -7,7 +7,7 @@ use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
 use std::sync::Once;
 
-/// Colours that people with any colour vision tell apart (Okabe and Ito 2008), on light and dark ground.
+/// Colours that people with any colour vision can distinguish (Okabe and Ito 2008), on light and dark ground.
 pub const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),

@@ -136,7 +136,7 @@ pub fn turntable_rows() -> Vec<Row> {
         .collect()
 }
 
-/// The sensor of a configuration, with nothing before it and without noise, for so many laps with a record of `n` samples in each segment. Chirps
+/// The sensor of a configuration, with nothing in front of it and without noise, for this many laps with a record of `n` samples in each segment. Chirps
 /// begin `period_s` seconds apart, or follow one another where that is less.
 pub fn sensor<R: Record>(config: &Config, n: usize, period_s: f64, laps: usize) -> Scene {
     let mut sensor = Scene { rate_hz: config.rate_hz, ..Scene::default() };

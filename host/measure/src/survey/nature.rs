@@ -18,7 +18,7 @@ const ABOVE_DB: f64 = 14.0;
 /// The kinds of signals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Nature {
-    /// One tone that stays where it is.
+    /// One tone of constant frequency.
     Steady,
     /// One tone whose frequency changes.
     Moving,
@@ -28,15 +28,15 @@ pub enum Nature {
     Bursts,
     /// Segments that come again and again, of this many samples.
     Chirps(usize),
-    /// Records of their own, of so many samples.
+    /// Separate records, with this many samples.
     Records(usize),
     /// Lines at multiples of a fundamental, Hz.
     Series(f64),
     /// Every sample is the same.
     Silence,
-    /// No tone of the kinds above stands out.
+    /// A signal of none of the kinds above.
     Unknown,
-    /// Nothing stands out.
+    /// Noise alone.
     Noise,
 }
 
@@ -67,7 +67,7 @@ pub struct Finding {
     pub nature: Nature,
     /// The way that held, the share of the blocks that it answers for, and its answers.
     pub held: Option<(Way, f64, Vec<Shot>)>,
-    /// What else is to be said of it.
+    /// A further remark on it.
     pub note: Option<String>,
 }
 

@@ -12,9 +12,9 @@ const OVER: u32 = 12;
 const STRETCHES: [f64; 5] = [0.0, 1e-5, 4e-5, 1e-4, 2e-4];
 /// Peaks that lie so far below the strongest one, in dB, do not count.
 const BELOW_DB: f64 = 45.0;
-/// Those within so many dB have to be partials for the most part.
+/// Most peaks within this many dB must be partials.
 const STRONG_DB: f64 = 28.0;
-/// A multiple that is missing costs this share of one that is there.
+/// A missing multiple costs this share of a present one.
 const MISSING: f64 = 0.35;
 
 /// A partial: its order, frequency and power in dB.
@@ -33,7 +33,7 @@ pub struct Series {
     pub first: f64,
 }
 
-/// The series that explains peaks of these frequencies and powers in dB best; `bin_hz` is how far apart they can be told.
+/// The series that explains peaks of these frequencies and powers in dB best; `bin_hz` is the resolution.
 pub fn series(peaks: &[(f64, f64)], bin_hz: f64) -> Option<Series> {
     let mut peaks: Vec<(f64, f64)> =
         peaks.iter().map(|&(hz, power)| (hz.abs(), power)).filter(|peak| peak.0 > 0.0).collect();

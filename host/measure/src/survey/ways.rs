@@ -14,9 +14,9 @@ const WIDEST: f64 = 0.5;
 const OFF_LINE: f64 = 0.25;
 /// A band of fewer bins shows no noise beside a line.
 const NARROWEST: f64 = 6.0;
-/// Two lengths disagree if their answers differ by so many sigmas of a block.
+/// Two lengths disagree if their answers differ by this many sigmas of a block.
 const DISAGREE: f64 = 8.0;
-/// A way that answers for so much needs no shorter block beside it.
+/// A way that answers for this share needs no shorter block in addition.
 const PLENTY: f64 = 0.95;
 
 /// Ways that are tried on samples.
@@ -190,7 +190,7 @@ impl Trials<'_> {
     }
 }
 
-/// The way for a series of harmonics: of the lengths that tell them apart the one that is good most often, else that sees it at all.
+/// The way for a series of harmonics: of the lengths that separate them the one that is good most often, or else one that sees it at all.
 pub(super) fn harmonics(ground: &Ground, series: &Series) -> Option<(Way, f64, Vec<Shot>)> {
     let lengths = LENGTHS.into_iter().rev();
     let lengths = lengths
@@ -230,7 +230,7 @@ pub(super) struct Held {
     pub moves: bool,
 }
 
-/// The lag, within a twentieth of this one, at which the samples are most like themselves: a segment that comes again is, except for its noise.
+/// The lag, within a twentieth of this one, at which the samples are most like themselves: a repeated segment is, except for its noise.
 fn again(ground: &Ground, near: f64) -> Option<usize> {
     /// Samples that are compared.
     const COMPARED: usize = 1 << 16;
