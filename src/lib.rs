@@ -1,12 +1,13 @@
 //! Picket measures the frequency of a tone in ADC samples, and from it a range and a velocity, as
-//! precisely as the noise allows. Each answer comes with its error, `sigma`, and with a `verdict`
+//! precisely as the noise allows. Each answer has a `sigma`, the standard deviation of its error, and a `verdict`
 //! that says whether it may be used.
 //!
-//! The name comes from the *picket-fence effect*: an FFT sees the spectrum only through the gaps
-//! between its bins, and this library reads between the pickets. It has no `std`, allocates nothing
-//! and cannot panic. For one [`Arithmetic`] a record has one answer, to the bit, on every Cortex-M, on
-//! riscv32, on wasm32 and on a desk. The default is [`Arithmetic::Fixed`] on microcontrollers without
-//! an FPU and [`Arithmetic::Float`] elsewhere.
+//! The name comes from the *picket-fence effect*: an FFT samples the spectrum only at its bins, like a view through a picket fence; Picket
+//! measures between them. The library needs no `std`, allocates nothing and cannot panic. With the same [`Arithmetic`] setting a record
+//! has the same answer, to the bit, on every Cortex-M, on riscv32, on wasm32 and on a desk. The default is [`Arithmetic::Fixed`] on
+//! microcontrollers without an FPU and [`Arithmetic::Float`] elsewhere.
+//!
+//! A tone of a recording, in a driver's chunks:
 //!
 //! ```
 //! use picket_dsp::{Codes, Config, Format, Framer, Pipeline, Real};
@@ -31,6 +32,58 @@
 //! # Ok::<(), picket_dsp::ConfigError>(())
 //! ```
 //!
+//! The velocity of a target in front of a 24 GHz Doppler radar, from I/Q samples at 8 kHz:
+//!
+//! ```
+//! use picket_dsp::{Codes, Config, Iq, Mixing, Outcome, Pipeline, Scene, Stamp, Usable};
+//!
+//! # let mut state = 1u32;
+//! # let mut noise = || { state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223); f64::from(state >> 16) / 6553.6 - 5.0 };
+//! # let samples: [[i16; 2]; 512] = std::array::from_fn(|n| {
+//! #     let (sin, cos) = (std::f64::consts::TAU * 400.0 / 8e3 * n as f64).sin_cos();
+//! #     [(800.0 * cos + noise()) as i16, (800.0 * sin + noise()) as i16]
+//! # });
+//! let scene = Scene::Doppler { wavelength_m: 0.012427, angle_rad: 0.0, mixing: Mixing::RxConjTx };
+//! let config = Config { scene, ..Config::new(8_000.0, Codes::signed::<12>()) };
+//! let mut pipeline = Pipeline::<Iq, 512>::new(config.plan()?);
+//! let measurement = pipeline.block(&Stamp::default(), &samples);
+//! if let Outcome::Velocity(speed) = measurement.result
+//!     && speed.verdict.usable() <= Usable::WithinSigma
+//! {
+//!     println!("{} ± {} m/s", speed.velocity, speed.sigma); // 2.485 m/s, approaching
+//! #   assert!((speed.velocity.to_num::<f64>() - 2.4854).abs() < 5.0 * f64::from(speed.sigma));
+//! }
+//! # assert!(matches!(measurement.result, Outcome::Velocity(speed) if speed.verdict == picket_dsp::Verdict::Good));
+//! # Ok::<(), picket_dsp::ConfigError>(())
+//! ```
+//!
+//! Two tones of one block, each with its sigma and its phase:
+//!
+//! ```
+//! use picket_dsp::{Codes, Config, Pipeline, Real, Stamp};
+//!
+//! # let mut state = 1u32;
+//! # let mut noise = || { state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223); f64::from(state >> 16) / 6553.6 - 5.0 };
+//! # let samples: [i16; 1024] = std::array::from_fn(|n| {
+//! #     let turn = |hertz: f64| (std::f64::consts::TAU * hertz / 48e3 * n as f64).cos();
+//! #     (900.0 * turn(5_000.0) + 300.0 * turn(7_321.0) + noise()) as i16
+//! # });
+//! let config = Config::new(48_000.0, Codes::signed::<12>());
+//! let mut pipeline = Pipeline::<Real, 1024>::new(config.plan()?);
+//! let measurement = pipeline.block(&Stamp::default(), &samples);
+//! # let mut seen = 0;
+//! for line in pipeline.lines(&measurement, 2) {
+//!     println!("{}, phase {} ± {}", line.tone, line.phase, line.sigma_phase);
+//! #   seen += 1;
+//! #   let near = [5_000.0, 7_321.0].map(|hertz| (line.tone.hertz() - hertz).abs() < 5.0 * line.tone.sigma_hertz());
+//! #   assert!(near.contains(&true), "{}", line.tone);
+//! }
+//! # assert_eq!(seen, 2);
+//! # Ok::<(), picket_dsp::ConfigError>(())
+//! ```
+//!
+//! The main types below have examples of chirps, tracks, bursts, sums and frames.
+//!
 //! # How the data flow
 //!
 //! ```text
@@ -40,27 +93,27 @@
 //!     acquire               spectrum          tone        solve
 //! ```
 //!
-//! - [`Config`] is what a user sets. [`Config::plan`] checks it once and makes a [`Plan`]; nothing
-//!   after that can fail. [`Codes`] are those of the converter, [`Following`] is how tones are followed, [`Carrier`] how wide a tone
-//!   is by itself; [`Reach`], [`Arithmetic`] and [`Effort`] say how least squares works.
+//! - [`Config`] holds the settings. [`Config::plan`] checks them once and makes a [`Plan`]; nothing
+//!   after that can fail. [`Codes`] are those of the converter, [`Following`] sets how tones are followed, [`Carrier`] the width of the tone
+//!   itself; [`Reach`], [`Arithmetic`] and [`Effort`] set how least squares works.
 //! - [`Pipeline`] measures one record. [`Tracker`] also follows tones from record to record.
 //! - [`FrequencyOnly`] answers without a verdict, in a third of the program memory.
-//! - [`Alternating`] measures I/Q pairs that one converter takes by turns: I is a signal in phase with a reference, Q the one a quarter
+//! - [`Alternating`] measures I/Q pairs that one converter takes in turn: I is a signal in phase with a reference, Q the one a quarter
 //!   of a period later.
 //! - [`Framer`] makes records of a driver's chunks. [`FrontEnd`](acquire::frontend::FrontEnd)
-//!   makes them of a DMA controller's slots, without a copy. [`Format`] says where a word holds its code. A record is [`Real`] or
-//!   [`Iq`], and a [`Stamp`] says when it was taken.
-//! - [`BurstProcessor`] finds bursts in a stream, as of particles in a laser-Doppler velocimeter, and measures each.
+//!   makes them of a DMA controller's slots, without a copy. [`Format`] describes where a word holds its code. A record is [`Real`] or
+//!   [`Iq`], and its [`Stamp`] is the time at which it was taken.
+//! - [`BurstProcessor`] finds bursts in a stream, such as particles in a laser-Doppler velocimeter, and measures each.
 //! - [`Accumulator`] adds the spectra of many blocks, for echoes too weak for one.
 //! - [`Pipeline::lines`] finds up to four tones of a block, each a [`ToneWithPhase`] with its phase;
 //!   [`Pipeline::harmonic`] finds one fundamental of many harmonics.
 //! - A [`Measurement`] is a [`Tone`] and its [`Outcome`]. A tone has a [`Frequency`], its sigma, a signal-to-noise ratio, an amplitude
-//!   and a [`Verdict`]; [`Pipeline::explain`] says which tests led to it.
-//! - [`Scene`] says what the samples were taken of. With [`Scene::Doppler`] a measurement has a
-//!   [`Velocity`], with [`Scene::Chirp`] a [`Target`]. [`solve`] also has what needs phases: [`displacement`](solve::displacement), the
+//!   and a [`Verdict`]; [`Pipeline::explain`] returns the tests that led to it.
+//! - [`Scene`] describes the sensor. With [`Scene::Doppler`] a measurement has a
+//!   [`Velocity`], with [`Scene::Chirp`] a [`Target`]. [`solve`] also has the measurements that need phases: [`displacement`](solve::displacement), the
 //!   [range by phase](solve::phase_range), the [sequence](solve::sequence) of sawtooth chirps, the [pairing](solve::pairing) of the beats
 //!   of several targets.
-//! - [`Frame`](frame::Frame) finds several targets with range and velocity in a frame of sawtooth chirps, also those that no chirp shows.
+//! - [`Frame`](frame::Frame) finds several targets with range and velocity in a frame of sawtooth chirps, even if no single chirp shows them.
 //! - [`RateCheck`](acquire::rate_check::RateCheck) compares the sample clock with another; an [`Uncertainty`](solve::uncertainty::Uncertainty)
 //!   makes the whole error of an answer.
 //! - [`Method`] names the estimators: least squares, the default, and others by the feature `methods`.
@@ -70,9 +123,9 @@
 //!
 //! # How a block becomes a tone
 //!
-//! A record is one block of N samples. [`Pipeline::block`] takes these steps with it. [`tone::measure`] has them in two functions: `block`
-//! has the first two, `weigh` the others, with one line or a few for each. The modules that are linked here have a usual block's way; of a
-//! line that is not a steady tone, or hardly above the noise, `close_judgement`, `close_detection` and `measure::unusual` have the rest.
+//! A record is one block of N samples. [`Pipeline::block`] runs these steps. In [`tone::measure`] the function `block` does 1 and 2, `weigh`
+//! the rest. The linked modules cover an ordinary block; unsteady or weak lines are handled in `close_judgement`, `close_detection` and
+//! `measure::unusual`.
 //!
 //! 1. **Transform** ([`Spectrum`](spectrum::Spectrum)): an FFT of the samples without a window, in integers by the default engine. The module
 //!    documentation of [`spectrum::fft::integer`] defines it; the kernels make it faster.
@@ -100,12 +153,12 @@
 //!
 //! For one [`Arithmetic`] no feature changes an answer: every build has every verdict and every sigma.
 //!
-//! - `methods` adds the papers' methods and others beside least squares.
+//! - `methods` adds the papers' methods and others to least squares.
 //! - `both-arithmetics` is for a microcontroller's program that chooses its arithmetic at run time. Without it the program has its core's
 //!   alone, whatever [`Config::arithmetic`] says; on a desk every program has both.
 //! - `joint-fit` adds the effort `Effort::Full`: a joint fit of a tone and of what else is there.
 //! - `microfft` adds the engine `F32`: a transform in floats, by the crate of this name.
-//! - `portable-atomic` is for cores that cannot swap a word atomically, as riscv32imc.
+//! - `portable-atomic` is for cores that cannot swap a word atomically, such as riscv32imc.
 //! - `defmt` adds `defmt::Format` for answers and errors.
 //! - `serde` adds `Serialize` and `Deserialize` for [`Config`] and for answers. What a configuration leaves out has its default;
 //!   a frequency comes back to the bit.
@@ -147,7 +200,7 @@ mod stored;
 pub mod tone;
 pub mod tracker;
 
-/// The crates whose types stand in signatures here: fixed point, vectors of fixed capacity, complex numbers.
+/// The crates whose types appear in signatures here: fixed point, vectors of fixed capacity, complex numbers.
 #[doc(no_inline)]
 pub use {fixed, heapless, num_complex};
 

@@ -265,14 +265,14 @@ enum {
 typedef struct picket_following {
     float rate_bins; /* sigma of a new target's rate, bins per block; 0 is 2 */
     uint8_t most; /* tones followed at once, 1 to 4; 0 is 1 */
-    uint8_t refresh; /* one block in so many is searched whole while one tone is locked; 0 searches all */
+    uint8_t refresh; /* one block in `refresh` is searched whole while one tone is locked; 0 searches all */
     uint8_t reserved[2];
 } picket_following;
 
 /* What an accumulator adds: the spectra of many blocks without their phases, for echoes too weak for one. */
 typedef struct picket_accumulating {
     double false_alarm; /* probability for each sum that noise passes for a tone; 0 is 1e-6 */
-    float drift_bins; /* the line moves by so many bins from block to block */
+    float drift_bins; /* bins by which the line moves from block to block */
     uint32_t blocks; /* of a sum: 1 to 65,536 */
     uint8_t segment; /* of a chirp, whose other blocks are passed over; PICKET_CONTINUOUS adds all */
     uint8_t reserved[7];
