@@ -3,7 +3,6 @@
 /// The program under test.
 const PROGRAM: &str = env!("CARGO_BIN_EXE_picket");
 
-mod bad;
 mod builds;
 mod calibrate;
 mod cli;
@@ -13,9 +12,8 @@ mod device;
 mod end;
 mod explain;
 mod field;
-mod five;
 mod formats;
-mod left_out;
+mod misuse;
 mod overwrite;
 mod program;
 mod rates;
@@ -24,10 +22,12 @@ mod security;
 mod serialized;
 mod session;
 mod signals;
-mod sixty;
 mod sources;
 mod speed;
 mod strings;
+mod survey;
+mod survey_kinds;
 mod tones;
 mod typed;
 mod unknown;
+mod unmeasured;

@@ -1,8 +1,8 @@
 //! Recordings as people have them: loggers' tables, dumps of a debugger, arrays of chirps. Each is a scene of the simulator, written as
-//! the program would write it that its owner used; what is said of it and what is measured has to be right.
+//! the owner's program would write it; both the description and the measurement must be right.
 
 use crate::cli::{ANALYZE, file, lines, refused, run};
-use crate::sixty::npy;
+use crate::survey::npy;
 use picket_simulator::{Draw, Scene};
 use serde_json::json;
 

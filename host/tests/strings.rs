@@ -1,5 +1,5 @@
-//! Strings and reeds, whose fundamental is weaker than its partials, and these are stretched: what is proposed answers the fundamental,
-//! and no good answer is another note's.
+//! Strings and reeds, whose fundamental is weaker than its partials, and the partials are stretched: the proposed command returns the
+//! fundamental, and no good answer is another note.
 
 use crate::cli::seed;
 use crate::unknown::{picket, wav};
@@ -53,7 +53,7 @@ fn answers(folder: &Path, name: &str) -> Option<[Vec<f64>; 2]> {
 #[test]
 fn the_fundamental_is_proposed() {
     let mut draw = Draw::new(seed(82), 0);
-    let folder = crate::sixty::folder("strings");
+    let folder = crate::survey::folder("strings");
     let (mut right, mut octaves) = (0, 0);
     for index in 0..STRINGS {
         let first_hz = 82.4 * (draw.between(0.0, 3.0)).exp2();

@@ -1,7 +1,7 @@
 //! Unknown recordings, of any rate, format, level, with hum and clipping: what `picket analyze FILE` says to type finds the tone.
 
 use crate::cli::{seed, spec};
-use crate::sixty::npy;
+use crate::survey::npy;
 use picket_simulator::{Draw, Scene};
 use serde_json::json;
 use std::f64::consts::TAU;
@@ -132,7 +132,7 @@ fn what_a_look_proposes_finds_the_tone() {
     const SEED: u64 = 15;
     let seed = seed(SEED);
     let mut draw = Draw::new(seed, 0);
-    let folder = crate::sixty::folder("unknown");
+    let folder = crate::survey::folder("unknown");
     let (mut found, mut hums, mut clips) = (0, 0, 0);
     for index in 0..RECORDINGS {
         let truth = make(&folder, index, &mut draw);

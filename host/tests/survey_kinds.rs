@@ -1,8 +1,8 @@
-//! Five recordings that a front door must know, by name, of the kinds in `sixty.rs`: what `picket analyze FILE` proposes gives usable answers of
-//! which 95 % are within three sigma, or it says that it does not know. `PICKET_TYPED_SEED` gives others.
+//! Five kinds of recordings of `survey.rs`, by name: the command that `picket analyze FILE` proposes gives usable answers, 95 % of them within
+//! three sigma, or `analyze` says that it does not know. `PICKET_TYPED_SEED` gives others.
 
 use crate::cli::seed;
-use crate::sixty::{Outcome, folder, outcome};
+use crate::survey::{Outcome, folder, outcome};
 use picket_simulator::Draw;
 
 /// Recordings of each.

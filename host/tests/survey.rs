@@ -1,5 +1,5 @@
-//! Eighty unknown recordings of the physics simulator, of fourteen kinds and in ten formats and more: the answers of what `picket analyze FILE` says to
-//! type are right, or it says that it does not know. `PICKET_TYPED_SEED` gives others.
+//! Eighty unknown recordings of the physics simulator, of fourteen kinds and in ten formats and more: the answers of the command that `picket analyze FILE`
+//! proposes are right, or it says that it does not know. `PICKET_TYPED_SEED` gives others.
 
 use crate::cli::seed;
 use crate::unknown::{picket, wav};
@@ -397,7 +397,7 @@ pub fn outcome(
 #[test]
 fn what_is_proposed_is_right_or_nothing_is() {
     let mut draw = Draw::new(seed(44), 0);
-    let folder = folder("sixty");
+    let folder = folder("survey");
     let outcomes: Vec<Outcome> = (0..RECORDINGS)
         .map(|index| outcome(&folder, index, kind(index), None, &mut draw))
         .collect();

@@ -1,4 +1,4 @@
-//! Two hundred wrong invocations through the real program: each is told in one line, with exit code 2. `PICKET_TYPED_SEED` gives others.
+//! Two hundred wrong invocations through the real program: each ends in one line, with exit code 2. `PICKET_TYPED_SEED` gives others.
 
 use crate::cli::seed;
 use rand::{RngExt, SeedableRng};

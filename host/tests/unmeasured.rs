@@ -1,4 +1,4 @@
-//! A block that cannot be measured has a verdict, and the blocks after it are measured: what was left out is counted at the end,
+//! A block that cannot be measured has a verdict, and the blocks after it are measured: omitted blocks are counted at the end,
 //! with exit code 1.
 
 use crate::cli::{ANALYZE, file, fresh, refused, run, spec};
