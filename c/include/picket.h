@@ -316,14 +316,14 @@ enum {
  * KIND_lines       all tones of the last block, at most `room` and 4, the strongest first.
  * KIND_tracker_... as above; `following` must not be NULL.
  * KIND_track       measures a block, follows its tones, and gives the tracks of its segment, at most 8.
- * KIND_targets     what the held tracks amount to, at most 4: after the last block of a chirp, or any of a Doppler scene.
+ * KIND_targets     velocities and ranges of the held tracks, at most 4: after the last block of a chirp, or any of a Doppler scene.
  * KIND_accumulate  adds the block that `meter` measured last. If it completes a sum, `*complete` is 1 and `accumulated` is
  *                  written; else `*complete` is 0.
  * KIND_bursts_...  bursts in a stream; `trigger` may be NULL. KIND_bursts_push takes any number of samples and writes the bursts that
- *                  they complete, at most `room`; `*found` counts those beyond it, too. KIND_bursts_lost says that so many samples are
- *                  missing before the next.
+ *                  they complete, at most `room`; `*found` counts those beyond it, too. KIND_bursts_lost declares how many
+ *                  samples are missing before the next.
  * KIND_size, KIND_tracker_size, KIND_accumulator_size, KIND_bursts_size   bytes that the archive needs, at most sizeof of the type; any
- *                  memory of so many bytes will do that is aligned to 8.
+ *                  memory of that size that is aligned to 8 will do.
  */
 #define PICKET_DECLARE(KIND, N, PARTS)                                                                              \
     typedef struct KIND {                                                                                           \

@@ -1,4 +1,4 @@
-"""Picket: the frequency of a tone in ADC samples, how far it may be off, and whether it may be used.
+"""Picket: the frequency of a tone in ADC samples, with the standard deviation of its error and a verdict.
 
     >>> import numpy as np, picket_dsp
     >>> samples = np.round(900 * np.sin(0.131 * np.arange(4096))).astype(np.int16)
@@ -114,7 +114,7 @@ class _Front:
 
     def __init__(self, n, rate_hz, codes, iq, band_hz, scene, false_alarm, engine, arithmetic, effort="one", following=None, carrier=(0.0, 0.0)):
         if rate_hz is None:
-            raise ValueError("rate_hz is not given: how many samples the converter takes a second")
+            raise ValueError("rate_hz is not given: add the converter's samples per second")
         self._n, self._rate_hz, self._iq, self._scene_kind = int(n), float(rate_hz), bool(iq), _kind(scene)
         self._codes = codes
         terms = scene._terms() if scene is not None else None
@@ -182,10 +182,10 @@ class _Front:
         low, high = self._rails(unsigned)
         if array.dtype.kind == "f":
             if not np.isfinite(array).all():
-                raise ValueError("a sample is not a number: leave it out, and the blocks with it")
+                raise ValueError("a sample is not a number: remove it and its block")
             largest = np.abs(array).max(initial=0.0)
             if 0 < largest < 1.5:
-                raise ValueError("samples are too small for integers: multiply them by the codes of full scale, as 2**15")
+                raise ValueError("samples are too small for integers: multiply them by the codes of full scale, such as 2**15")
             array = np.rint(array)
         elif array.dtype.kind not in "iu":
             raise ValueError(f"samples are integers, floats or complex numbers, not {array.dtype}")
@@ -202,16 +202,16 @@ class _Front:
         return words, self._native(low, high), rows
 
     def _beyond(self, least, most, low, high):
-        """What is wrong with samples from `least` to `most` for codes from `low` to `high`, and its cure."""
+        """The error of samples from `least` to `most` with codes from `low` to `high`, and its cure."""
         bits = next((bits for bits in range(8, 17) if -(1 << (bits - 1)) <= least and most < 1 << (bits - 1)), None)
         if least >= 0 and (up := max(8, most.bit_length())) <= 15:
-            cure = f"give codes=(0, {(1 << up) - 1})"
+            cure = f"for a converter that counts from 0 give codes=(0, {(1 << up) - 1})"
         elif bits is not None:
             cure = f"give codes={bits}"
         else:
             cure = "they are wider than 16 bits: divide them, or take their upper bits"
         largest = most if most > high else least
-        return f"a sample is {largest}, and codes={self._codes} are {low} to {high}: {cure}"
+        return f"a sample is {largest}, but codes={self._codes} of this array are {low} to {high}: {cure}"
 
     def _hop(self, hop, rows):
         if hop is None:
@@ -300,7 +300,7 @@ class Tracker(_Front):
 
     most: tones followed at once, 1 to 4.
     rate_bins: sigma of a new target's rate, bins per block.
-    refresh: one block in so many is searched whole while one tone is locked; 0 searches every block.
+    refresh: one block in `refresh` is searched whole while one tone is locked; 0 searches every block.
     The rest is as for Pipeline.
     """
 
@@ -337,11 +337,11 @@ class Tracker(_Front):
 
 
 class Accumulator(_Front):
-    """Adds the spectra of many blocks without their phases: for echoes too weak for one block.
+    """Adds the spectra of many blocks, without their phases, for echoes too weak for one block.
 
     blocks: of a sum, 1 to 65536. A line is found 5 dB weaker for each ten times as many.
     segment: with a Chirp the segment whose blocks are added, "up", "flat" or "down".
-    drift_bins: the line moves by so many bins from one block to the next.
+    drift_bins: bins by which the line moves from one block to the next.
     false_alarm: probability for each sum that noise passes for a tone; 1e-6 where it is not given.
     The rest is as for Pipeline.
     """
@@ -421,7 +421,7 @@ def read_recording(path, *, rate_hz=None, codes=16, iq=False, scale=None, channe
 
     What `picket analyze` reads: wav, FLAC, headerless numbers, SigMF, csv, npy, npz, mat. The options are that command's: `channel` is a
     number from 1 on, or two for I and Q; `scale` is a factor to the usual codes of the format, chosen by the data where it is not
-    given. The rate is None where nobody tells it.
+    given. The rate is None if the file does not state it.
     """
     samples, rate, missing = _recording(path, rate_hz, codes, iq, scale, channel, decimal_comma, format)
     if missing:
@@ -466,10 +466,10 @@ def explain(block, **options):
 
 
 def read_telemetry(source):
-    """The measurements that `picket watch --record` kept, or other bytes of a board: a path, or bytes.
+    """The measurements in a recording of `picket watch --record`, or in other bytes of a board: a path, or bytes.
 
     Columns: sequence (the block's number), clock (samples), gap, segment, clipped, lost, faults, those of a tone, range_m,
-    sigma_range_m, velocity_mps and the others of a target. Frequencies are 0 if the board did not tell its rate. Damaged frames
+    sigma_range_m, velocity_mps and the others of a target. Frequencies are 0 if the board did not report its rate. Damaged frames
     are left out, as on a port; bytes in which there is no measurement at all are a ValueError.
     """
     if isinstance(source, (bytes, bytearray, memoryview)):
@@ -480,12 +480,12 @@ def read_telemetry(source):
     rows, bad = _picket.telemetry(data)
     if len(rows) == 0:
         what = f"{bad} damaged frames and " if bad else ""
-        raise ValueError(f"{what}no measurement: is it what picket watch --record wrote?")
+        raise ValueError(f"{what}no measurement: was it written by picket watch --record?")
     return _tables.telemetry(rows)
 
 
 def simulate(scene, targets=None, *, n=1024, rate_hz=1e6, blocks=30, noise=0.0, iq=False, codes=12, seed=None, period_s=0.0):
-    """Samples of a radar, a lidar or a velocimeter from its physics, with the truth beside them.
+    """Samples of a radar, a lidar or a velocimeter from its physics, with the truth.
 
     scene: a Doppler or a Chirp; or a whole scene as a dict or as JSON text (docs/scenes.md), see below.
     targets: tuples (range_m, velocity_mps, amplitude in codes); a positive velocity approaches.

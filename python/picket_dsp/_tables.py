@@ -11,7 +11,7 @@ _USABLE = np.zeros(_MOST, "?")
 for _number, _name, _level, *_ in VERDICTS:
     _NAMES[_number] = _name
     _USABLE[_number] = _level <= 1
-# All that applies beside a verdict, the most severe first; the set has seven bits.
+# Every reason that may apply in addition to a verdict, the most severe first; the set has seven bits.
 _ALSO = np.array([", ".join(_picket.verdicts_in(bits)) for bits in range(128)])
 
 
@@ -26,7 +26,7 @@ _REASON = f"U{_NAMES.itemsize // 4 + 2 + _ALSO.itemsize // 4}"
 
 #: The numbers of a tone, as the native half gives them.
 _NUMBERS = _picket.columns()
-#: The columns that are made of a tone's verdict and of what applies besides.
+#: The columns that are made of a tone's verdict and of its further reasons.
 _WORDS = {"verdict": [("verdict", "U11"), ("usable", "?"), ("reason", _REASON)], "also": []}
 TONE = [column for name in _NUMBERS for column in _WORDS.get(name, [(name, "f8")])]
 PHASE = [("phase", "f8"), ("sigma_phase", "f8")]
