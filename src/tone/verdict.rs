@@ -71,7 +71,7 @@ verdicts! {
 //  number variant name usable bit, the meaning;
     /// Use the number: sigma is its error.
     0 Good "good" Yes 0,
-        "One steady tone: the error is as sigma says.";
+        "One steady tone. Sigma is the expected error.";
     /// One tone whose frequency or level changes within the record. Use the number within sigma, as the mean over the record. Two lines
     /// less than one and a half bins apart look the same.
     8 Moving "moving" WithinSigma 1,
@@ -79,7 +79,7 @@ verdicts! {
     /// The tone is so near DC or Nyquist that its mirror image disturbs the estimate, or the tone is more than half a bin outside of the
     /// band in which it was sought.
     1 NearEdge "near-edge" Rough 2,
-        "The tone is so near DC or Nyquist that an offset or its mirror image disturbs it, or it lies outside of the band.";
+        "The tone is so near DC or Nyquist that an offset or its mirror image disturbs it, or it lies outside the band.";
     /// More than 1 % of the samples touch a rail. Use the number within sigma, which includes the shift of this tone by the harmonics of
     /// clipping. At most frequencies the harmonics hardly move it; near a simple fraction of the rate they move it hundreds of times as far
     /// as noise.
@@ -87,7 +87,7 @@ verdicts! {
         "Samples touch the converter's rails: lower the gain.";
     /// Two tones too close to be separated, or beats that do not belong to one target.
     3 Unresolved "unresolved" Rough 8,
-        "There is more than one tone in the line: sigma covers what is seen of it.";
+        "There is more than one tone in the line: sigma covers only the visible part of the others.";
     /// The two parts of an I/Q record do not match, for example because one is dead or late. The
     /// tone may be at minus its frequency.
     9 Image "image" WithoutSign 16,
@@ -98,15 +98,15 @@ verdicts! {
     /// The peak is below the detection threshold: it may be noise. Or a real tone is so near DC or Nyquist, a small part of a bin, that the
     /// record shows neither its level nor its place.
     5 Weak "weak" No 64,
-        "The line is too weak, or too near DC or Nyquist, to be told from noise.";
+        "The line is too weak, or too near DC or Nyquist, to be distinguished from noise.";
     /// The beats of a chirp fit several targets, and nothing decides between them; or a sawtooth couples a target's range with its velocity.
     /// A tone is never ambiguous.
     11 Ambiguous "ambiguous" No 0,
         "The beats fit several targets: a bound of range or velocity, or the next chirp, decides.";
-    /// The lines of the record look as a fault of the digital front end makes them: codes that wrap, or samples of a word that changed
-    /// places. The true tone may be another line.
+    /// The lines of the record are those of a fault of the digital front end: codes that wrap, or swapped samples of a word.
+    /// The true tone may be another line.
     10 FrontEnd "front-end" No 0,
-        "The lines are those of codes that wrap, or of samples that changed places: the tone may be another one.";
+        "The lines are those of codes that wrap, or of swapped samples: the tone may be another line.";
     /// There is nothing in the band; the numbers mean nothing.
     #[default]
     6 NoSignal "no-signal" No 0,
@@ -114,8 +114,8 @@ verdicts! {
     /// Samples lie beyond the rails of the stated codes. The converter's codes differ from the stated ones, so noise, sigma and clipping
     /// mean nothing.
     7 WrongCodes "wrong-codes" No 0,
-        "Samples lie beyond the rails that were stated: the converter's codes are others.";
-    /// A track's prediction. This block did not measure the tone: it is missing, is not where it was expected, or cannot be told from
+        "Samples lie beyond the stated rails: the converter has other codes.";
+    /// A track's prediction. This block did not measure the tone: it is missing, is not where it was expected, or cannot be distinguished from
     /// another track's. Sigma is that of the prediction, if the target goes on as before.
     12 Coasting "coasting" No 0,
         "The block did not measure the tone: this is the track's prediction.";
