@@ -15,7 +15,7 @@ use crate::solve::equations::Equations;
 use crate::solve::hypotheses::solve;
 use crate::solve::hypothesis::Line;
 use crate::solve::track::Track;
-use crate::solve::tracks::{Sight, Tracks};
+use crate::solve::tracks::{TrackerBlock, Tracks};
 use crate::spectrum::layout::Layout;
 use crate::spectrum::peak::{self, Band};
 use crate::spectrum::zoom::{Oscillator, Zoom};
@@ -224,7 +224,7 @@ impl Followed {
                 .find(|(tone, _)| tone.verdict.usable() < Usable::No)
         };
         let bin = 1.0 / layout.n as f32;
-        let sight = Sight { stamp, every: terms.segments(), bin, tones: &tones, find };
+        let sight = TrackerBlock { stamp, every: terms.segments(), bin, tones: &tones, find };
         let segment = place(stamp.segment);
         let (Some(tracks), Some(lock)) =
             (self.tracks.get_mut(segment), self.locks.get_mut(segment))

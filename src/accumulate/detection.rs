@@ -40,7 +40,7 @@ const CANDIDATES: usize = 4;
 
 /// A place where a line is sought.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Place {
+pub(super) struct Peak {
     /// The nearest bin.
     pub bin: i32,
     /// The line's approximate distance beyond the bin, -0.5 to 0.5.
@@ -53,14 +53,14 @@ pub(super) struct Place {
     evidence: f32,
 }
 
-impl Place {
+impl Peak {
     /// The place of most evidence in the band; `None` where all sums are 0 or no bin is free for the noise.
     pub fn strongest(sums: &Sums, band: Band) -> Option<Self> {
         let Layout { n, iq, .. } = *sums.layout;
         let group = if n >= 256 { GROUP } else { GROUP / 2 };
         let bins = bins(sums.layout);
         let count = (bins.high - bins.low + 1) / group;
-        let mut best = Vec::<(f32, Place), CANDIDATES>::new();
+        let mut best = Vec::<(f32, Peak), CANDIDATES>::new();
         for index in 0..count {
             let Some((noise, cells)) = noise(sums, index, count, group) else {
                 continue;
@@ -80,7 +80,7 @@ impl Place {
                 let half = 0.5 / 0.81 * both;
                 let (size, offset) = if half > here { (half, 0.5) } else { (here, 0.0) };
                 let ratio = size / noise;
-                let place = Place { bin: k, offset, noise, cells, evidence: 0.0 };
+                let place = Peak { bin: k, offset, noise, cells, evidence: 0.0 };
                 keep(&mut best, ratio, place);
             }
         }
@@ -127,7 +127,7 @@ impl Place {
 }
 
 /// Keeps a place among the best if no better one is within four bins of it.
-fn keep(best: &mut Vec<(f32, Place), CANDIDATES>, ratio: f32, place: Place) {
+fn keep(best: &mut Vec<(f32, Peak), CANDIDATES>, ratio: f32, place: Peak) {
     const APART: i32 = 4;
     if best.iter().any(|(other, at)| (at.bin - place.bin).abs() < APART && *other >= ratio) {
         return;

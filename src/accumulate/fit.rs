@@ -1,6 +1,6 @@
 //! A line fitted to the sums of products of bins.
 
-use super::detection::Place;
+use super::detection::Peak;
 use super::sums::{LAGS, Sums};
 use crate::math::scalar::Scalar as _;
 use crate::math::series::sinc;
@@ -76,7 +76,7 @@ fn entries(mut of: impl FnMut(usize, usize) -> f32) -> Entries {
 }
 
 /// The entries around a place in units of the noise of one bin and block, less that noise.
-pub(super) fn data(sums: &Sums, place: &Place) -> Entries {
+pub(super) fn data(sums: &Sums, place: &Peak) -> Entries {
     let (n, blocks) = (sums.layout.n, sums.scale.blocks.max(1) as f32);
     let unit = blocks / place.noise;
     let turns: [f32; LAGS + 1] = core::array::from_fn(|lag| turn(lag, n));
@@ -113,7 +113,7 @@ pub(super) fn evidence(data: &Entries, blocks: u32, n: usize, offset: f32) -> f3
 ///
 /// which is 1.00 to 1.10 times the bound for lines of random phases. The mean of the residuals' squares over their expectation widens the
 /// variance where it exceeds 1: for a line that is broad, or moves, or has a neighbour.
-pub(super) fn fit(sums: &Sums, place: &Place) -> Option<Fit> {
+pub(super) fn fit(sums: &Sums, place: &Peak) -> Option<Fit> {
     let (n, blocks) = (sums.layout.n, sums.scale.blocks.max(1) as f32);
     let data = data(sums, place);
     let mut offset = place.offset;

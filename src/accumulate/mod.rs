@@ -66,7 +66,7 @@ use crate::tone::sigma::CLIPPED;
 use crate::tone::threshold::FALSE_ALARM;
 use crate::tone::verdict::Reasons;
 use crate::tone::{Tone, Verdict};
-use detection::Place;
+use detection::Peak;
 use moved::Moved;
 use sums::{Adder, Scale, Sums};
 
@@ -294,7 +294,7 @@ impl Progress {
         let blocks = sums.scale.blocks;
         let nothing = Tone { verdict: Verdict::NoSignal, rate_hz: terms.rate_hz, ..Tone::ZERO };
         let nothing = Accumulated { tone: nothing, ln_chance: 0.0, blocks };
-        let Some(place) = Place::strongest(sums, terms.band) else {
+        let Some(place) = Peak::strongest(sums, terms.band) else {
             return nothing;
         };
         let Some(fit) = fit::fit(sums, &place) else {

@@ -135,7 +135,7 @@ impl RateCheck {
             // There is room.
             let _ = kept.push([window.time_s, (window.late - origin) as f32 * self.tick_s]);
         }
-        let mut line = Line::through(&kept)?;
+        let mut line = Trend::through(&kept)?;
         // Twice: late windows lift the first line.
         for _ in 0..4 {
             let limit = LATE * line.median(&kept);
@@ -145,7 +145,7 @@ impl RateCheck {
                 break;
             }
             kept.retain(on_line);
-            line = Line::through(&kept)?;
+            line = Trend::through(&kept)?;
             if kept.len() == before {
                 break;
             }
@@ -160,13 +160,13 @@ impl RateCheck {
 }
 
 /// A straight line through points.
-struct Line {
+struct Trend {
     middle: [f32; 2],
     slope: f32,
     sigma: f32,
 }
 
-impl Line {
+impl Trend {
     fn through(points: &[[f32; 2]]) -> Option<Self> {
         let count = points.len() as f32;
         if points.len() < FEWEST {

@@ -58,7 +58,7 @@ pub(crate) fn measure<R: Record, const N: usize, E: Engine>(
     cut: &Cut<R, N>,
 ) -> Burst {
     let mut look =
-        Look::new(Data::of::<R>(cut.samples), cut.clock, [cut.middle, cut.deviation], terms);
+        Measuring::new(Data::of::<R>(cut.samples), cut.clock, [cut.middle, cut.deviation], terms);
     let mut samples = *cut.samples;
     for round in 1..=ROUNDS {
         look.weigh(R::pairs_mut(&mut samples));
@@ -77,7 +77,7 @@ pub(crate) fn measure<R: Record, const N: usize, E: Engine>(
 type Strongest = (i32, f32, f32);
 
 /// A burst while it is measured.
-struct Look<'a> {
+struct Measuring<'a> {
     data: Data<'a>,
     n: usize,
     terms: &'a Terms,
@@ -90,7 +90,7 @@ struct Look<'a> {
     burst: Burst,
 }
 
-impl<'a> Look<'a> {
+impl<'a> Measuring<'a> {
     fn new(data: Data<'a>, clock: u64, [middle, deviation]: [f32; 2], terms: &'a Terms) -> Self {
         let n = terms.n as usize;
         Self {
@@ -142,7 +142,7 @@ impl<'a> Look<'a> {
         let (guess, burst) = (&self.guess, &mut self.burst);
         burst.arrival = self.clock as f64 + f64::from(guess.middle * n as f32);
         burst.deviation = guess.deviation * n as f32;
-        let Some(line) = Line::fitted(&points, guess) else {
+        let Some(line) = EnvelopedTone::fitted(&points, guess) else {
             return true;
         };
         let Some(frequency) = Frequency::from_bins(peak, line.offset, n) else {
@@ -295,7 +295,7 @@ fn strongest(view: &View, band: Band, envelope: &Envelope) -> Option<Strongest> 
 }
 
 /// A tone with a Gaussian envelope in the points.
-struct Line {
+struct EnvelopedTone {
     /// The offset beyond the points' centre, bins.
     offset: f32,
     /// The variance of the offset, squared bins.
@@ -308,7 +308,7 @@ struct Line {
     mixed: bool,
 }
 
-impl Line {
+impl EnvelopedTone {
     /// The frequency at which the sum of the points, weighted with the envelope, is largest: maximum likelihood in white noise.
     fn fitted(points: &[Complex<f32>; POINTS], envelope: &Envelope) -> Option<Self> {
         const STEPS: usize = 8;

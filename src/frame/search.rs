@@ -21,9 +21,9 @@ pub(super) const HIDDEN: usize = 4;
 /// `exp` of Euler's constant: the mean of exponential numbers over their geometric mean.
 const GEOMETRIC: f32 = 1.781_072_4;
 
-/// A place in the map.
+/// The strongest echo in the map.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
+pub(super) struct Strongest {
     pub echo: Echo,
     /// The power of its cell over the noise of its neighbourhood.
     pub ratio: f32,
@@ -68,14 +68,14 @@ impl Map<'_> {
     }
 
     /// The place of most evidence.
-    pub fn search(&self, factors: &Factors, hidden: &Vec<(i32, i32), HIDDEN>) -> Option<Place> {
+    pub fn search(&self, factors: &Factors, hidden: &Vec<(i32, i32), HIDDEN>) -> Option<Strongest> {
         let Walks { first, last } = self.walks();
         let span = last - first;
         let steps = (libm::ceilf(span) as i32).clamp(1, WALKS);
         // Within half a cell nothing walks.
         let still = first.abs().max(last.abs()) < 0.5;
         let steps = if still { 1 } else { steps };
-        let mut best = None::<Place>;
+        let mut best = None::<Strongest>;
         for step in 0..steps {
             let walk = if still { 0.0 } else { first + span * (step as f32 + 0.5) / steps as f32 };
             let walk = walk / self.plan.chirps as f32;
@@ -95,7 +95,7 @@ impl Map<'_> {
         walk: f32,
         factors: &Factors,
         hidden: &Vec<(i32, i32), HIDDEN>,
-    ) -> Option<Place> {
+    ) -> Option<Strongest> {
         let plan = self.plan;
         let (chirps, length) = (plan.chirps, 2 * plan.chirps);
         let mut column = EMPTY;
@@ -174,7 +174,7 @@ impl Map<'_> {
         let wanted = if walks { libm::roundf(walk / per_turn - echo.turns(plan)) } else { 0.0 };
         echo.alias = (wanted.clamp(-1e6, 1e6) as i32).max(first).min(last);
         echo.move_on(plan);
-        Some(Place { echo, ratio: best_ratio, power })
+        Some(Strongest { echo, ratio: best_ratio, power })
     }
 }
 

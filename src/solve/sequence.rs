@@ -40,7 +40,7 @@ const SURE: f32 = 6.0;
 
 /// Sums over the chirps of a sequence for a straight line through one value each.
 #[derive(Clone, Copy, Debug, Default)]
-struct Line {
+struct PhaseLine {
     count: f32,
     /// Sums of the values, of the values times the chirp's place, and of their variances.
     sum: f32,
@@ -48,7 +48,7 @@ struct Line {
     variance: f32,
 }
 
-impl Line {
+impl PhaseLine {
     fn push(&mut self, value: f32, sigma: f32) {
         self.sum += value;
         self.moment += value * self.count;
@@ -79,14 +79,14 @@ pub struct Sequence {
     /// multiples of this turn, and the beats less the first beat.
     turn: f32,
     turns: f32,
-    phases: Line,
-    beats: Line,
+    phases: PhaseLine,
+    beats: PhaseLine,
 }
 
 impl Sequence {
     /// A sequence of sawtooth chirps that begin `period` samples apart. `None` if the period is 0 or the shape is another.
     pub fn new(equations: &Equations, period: u32) -> Option<Self> {
-        let (phases, beats) = (Line::default(), Line::default());
+        let (phases, beats) = (PhaseLine::default(), PhaseLine::default());
         let ([range, _], [velocity, _]) = (equations.range, equations.velocity);
         let usable = period > 0 && equations.shape == Shape::Sawtooth;
         let period = period as f32;
@@ -121,7 +121,7 @@ impl Sequence {
             }
             _ => {
                 (self.ends, self.turns) = (Some([here; 2]), 0.0);
-                (self.phases, self.beats) = (Line::default(), Line::default());
+                (self.phases, self.beats) = (PhaseLine::default(), PhaseLine::default());
                 self.phases.push(0.0, phasor.sigma_phase / TAU);
                 self.beats.push(0.0, phasor.tone.sigma);
             }

@@ -119,7 +119,7 @@ pub struct Track {
 ///
 /// A measurement's sigma covers the noise within one block. A target with many reflecting parts scatters more from block to block, the more
 /// the weaker it is in a block (see [`crate::carrier`]); a target that steps is somewhere else from one block to the next. Both leave a
-/// prediction far off. The better of two predictions distinguishes them: a [`Line`] through the last measurements, or the last
+/// prediction far off. The better of two predictions distinguishes them: a line through the last measurements ([`Predictor`]), or the last
 /// measurement alone, moved by the line's rate. If the line is nearly as good, the target scatters, by the mean square of the line's errors.
 ///
 /// | target | mean square of the calm line's error | of the last measurement's | of the quick line's | of the last one's |
@@ -145,7 +145,7 @@ struct Learnt {
     difference: f32,
     second: f32,
     /// The calm line and the quick one.
-    lines: [Line; 2],
+    lines: [Predictor; 2],
     /// Measurements in a row, of which the differences and the lines are: at most [`Learnt::LONG`].
     row: u8,
 }
@@ -166,7 +166,7 @@ impl Learnt {
     fn start(tone: &Tone) -> Self {
         let power = square(tone.amplitude);
         let (variance, last) = (square(tone.sigma), tone.frequency);
-        let lines = [Line { error: 1.0, alone: 1.0, ..Line::default() }; 2];
+        let lines = [Predictor { error: 1.0, alone: 1.0, ..Predictor::default() }; 2];
         Self { variance, power, seen: 1.0, last, lines, row: 1, ..Self::default() }
     }
 
@@ -226,7 +226,7 @@ impl Learnt {
         (self.second, self.difference) = (difference - self.difference, difference);
         self.last = tone.frequency;
         self.row = (self.row + 1).min(Self::LONG);
-        let scatters = |(line, kind): (&Line, &Kind)| {
+        let scatters = |(line, kind): (&Predictor, &Kind)| {
             let ratio = if self.scatter > 0.0 { kind.lasts } else { kind.begins };
             let beyond = line.error - 1.0;
             (line.error > Self::EVIDENT && beyond < ratio * (line.alone - 1.0)).then_some(beyond)
@@ -237,7 +237,7 @@ impl Learnt {
 
 /// A line through the last measurements, and how well it predicts them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Line {
+struct Predictor {
     /// The place beyond the last measurement, and the rate.
     place: f32,
     rate: f32,
@@ -263,7 +263,7 @@ const LINES: [Kind; 2] = [
     Kind { place: 0.45, rate: 0.133, alone: 2.29, begins: 1.15, lasts: 1.45 },
 ];
 
-impl Line {
+impl Predictor {
     /// The limit of one square, over the mean square, and the limit of the mean.
     const MOST: f32 = 30.0;
     const HIGHEST: f32 = 1e8;

@@ -26,7 +26,7 @@ pub struct Tracks {
 
 /// A block, as a set of tracks needs it.
 #[derive(Debug)]
-pub struct Sight<'a, F> {
+pub struct TrackerBlock<'a, F> {
     /// Where and when the block was taken.
     pub stamp: &'a Stamp,
     /// One block in `every` belongs to this set: the number of segments of a chirp, or 1.
@@ -105,10 +105,10 @@ impl Tracks {
     /// gate, with the lower threshold. The remaining tones start new tracks.
     pub fn step(
         &mut self,
-        sight: Sight<impl FnMut(&Tone, f32) -> Option<(Tone, bool)>>,
+        sight: TrackerBlock<impl FnMut(&Tone, f32) -> Option<(Tone, bool)>>,
         tracking: &Tracking,
     ) {
-        let Sight { stamp, every, bin, tones, mut find } = sight;
+        let TrackerBlock { stamp, every, bin, tones, mut find } = sight;
         let all = tones;
         let (mut tones, mut seen) = self.paired(stamp, every, bin, tones, tracking);
         self.look(&mut seen, all, bin, tracking, &mut find);

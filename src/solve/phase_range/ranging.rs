@@ -67,7 +67,7 @@ pub struct PhaseRanging {
 
 /// A range by frequency at the time of a phase, with everything that shifts it.
 #[derive(Clone, Copy)]
-struct Place {
+struct FrequencyRange {
     range: I32F32,
     /// By the noise alone, and with the calibration.
     sigma: f32,
@@ -286,12 +286,12 @@ impl PhaseRanging {
     }
 
     /// The range by frequency less the offset.
-    fn place(&self, range: I32F32, sigma: f32) -> Place {
+    fn place(&self, range: I32F32, sigma: f32) -> FrequencyRange {
         let Calibration { offset_m, sigma_offset_m, sigma_slope_ppm, .. } = self.calibration;
         let range = range.saturating_sub(in_steps(offset_m));
         let slope = 1e-6 * sigma_slope_ppm * to_f32(range);
         let known = libm::hypotf(sigma_offset_m, slope);
-        Place { range, sigma, spread: libm::hypotf(sigma, known) }
+        FrequencyRange { range, sigma, spread: libm::hypotf(sigma, known) }
     }
 
     /// The fraction of a cycle that a phase shows, at rest in the middle of the record.
@@ -354,7 +354,7 @@ fn is_steady(phasor: &ToneWithPhase) -> bool {
 }
 
 /// The answer without a phase. A negative range is not usable.
-fn by_frequency(target: &Target, place: &Place, verdict: Verdict) -> PhaseRange {
+fn by_frequency(target: &Target, place: &FrequencyRange, verdict: Verdict) -> PhaseRange {
     let least = if place.range < 0 { Verdict::Unresolved } else { Verdict::Good };
     PhaseRange {
         range: place.range,
