@@ -1,4 +1,4 @@
-//! What a call says: 0, or what is wrong with its arguments. Then nothing was written.
+//! The status of a call: 0, or the error in its arguments; then nothing was written.
 
 use core::ffi::{CStr, c_char};
 use picket_dsp::ConfigError;

@@ -1,4 +1,4 @@
-//! What crosses the border, as `picket_wire::view` describes it and `picket.h` has it.
+//! The types of the interface, as `picket_wire::view` describes them and `picket.h` has them.
 
 use crate::status::Status;
 use picket_dsp::accumulate::MOST_BLOCKS;

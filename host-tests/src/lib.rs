@@ -22,7 +22,7 @@ pub fn prepare_packages() {
 }
 
 /// Builds all images of a core that the tests run, at their first need: one after the other they would leave half of the host
-/// idle. What does not build is told by the test that wants it.
+/// idle. An image that fails to build is reported by the test that needs it.
 pub fn prepare_images(target: Target) {
     static PREPARED: Mutex<Vec<Target>> = Mutex::new(Vec::new());
     let mut prepared = PREPARED.lock().unwrap_or_else(PoisonError::into_inner);

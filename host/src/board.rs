@@ -1,4 +1,4 @@
-//! The NUCLEO's image on QEMU's STM32F405, of which this plays converters and DMA.
+//! The NUCLEO's image on QEMU's STM32F405; this module plays the converters and DMA.
 //!
 //! Real are the vector table, the interrupts and who owns which buffer, the serial port, the timers, and every instruction of
 //! the program. Played, in a piece of memory, are the registers of DMA2 and the converters: QEMU has none. Neither there nor here

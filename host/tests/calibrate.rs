@@ -216,11 +216,11 @@ fn each_failure_is_a_line_with_its_cure() {
         (
             of(Settings { config: Config { band_hz: Some((1e3, 2e3)), ..config }, ..usual }),
             "50k",
-            "looks from 1000 to 2000 Hz, where the reference of 50000 Hz is not: set band_hz",
+            "searches 1000 to 2000 Hz, which excludes the reference of 50000 Hz: set band_hz",
         ),
         (BENCH.recording(), "250k", "not below half the board's 500000 samples a second"),
         (far.recording(), "50k", "a clock_ppm of 1500 is more than the 1000 that it takes; is it"),
-        (internal, "50k", "its internal oscillator (1 %), so mend its external clock"),
+        (internal, "50k", "its internal oscillator (1 %), so repair its external clock"),
         (BENCH.recording(), "60k", "reads 49999."),
         (weak.recording(), "50k", "none of 400 records can be used, most are weak (The line is"),
         (

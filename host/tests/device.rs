@@ -131,7 +131,7 @@ fn what_is_wrong_is_told_in_a_line() {
     for (arguments, says) in [
         (&["/nowhere/port"][..], "/nowhere/port"),
         (&["--replay", "/nowhere/file"], "/nowhere/file"),
-        (&["-", "--stop"], "orders need a port"),
+        (&["-", "--stop"], "commands need a port"),
         (&["-", "--replay", "x"], "--help"),
         (&["-", "--csv", "--jsonl"], "--help"),
         (&["-", "--capture", "3"], "--help"),

@@ -1,4 +1,4 @@
-//! Methods in floats on an exact transform of any length: what integers are held against.
+//! Methods in floats on an exact transform of any length: the reference for integers.
 
 use crate::arithmetic::{Arithmetic, Frequencies, engine, within};
 use crate::estimator::Estimator;

@@ -1,4 +1,4 @@
-//! What lies in files: samples, and a board's telemetry.
+//! The contents of files: samples, and a board's telemetry.
 
 use crate::tables::{self, joined, table};
 use crate::terms;

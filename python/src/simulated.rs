@@ -1,4 +1,4 @@
-//! Records of a scene from its physics, with the truth beside them.
+//! Records of a scene from its physics, with the truth.
 
 use crate::tables::table;
 use crate::terms::{self, SceneTerms};

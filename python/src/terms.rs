@@ -1,4 +1,4 @@
-//! What a user set, as Python gives it.
+//! The settings, as Python passes them.
 
 use picket_dsp::{Chirp, Codes, Mixing, Scene, Shape};
 

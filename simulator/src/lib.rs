@@ -1,4 +1,4 @@
-//! Scenes before a radar, a lidar or a velocimeter, and the records that its converter takes of them.
+//! Scenes in front of a radar, a lidar or a velocimeter, and the records that its converter takes of them.
 //!
 //! A [`Scene`] describes what is in front of the sensor, what the sensor transmits, and how a converter samples it; it is also a JSON file. A
 //! [`Run`] of it has drawn what is random, and returns samples and the truth about them.

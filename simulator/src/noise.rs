@@ -1,4 +1,4 @@
-//! Noise whose density is not the same at all frequencies.
+//! Noise that is not white.
 
 use crate::draw::Draw;
 use crate::scene::Density;

@@ -1,4 +1,4 @@
-//! What a transmitter sends.
+//! The waveform of a transmitter.
 
 use crate::scene::{self, Shape};
 

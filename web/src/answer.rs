@@ -1,4 +1,4 @@
-//! An answer as a row of numbers, which the page shows, stores and writes. What there is not is NaN.
+//! An answer as a row of numbers, which the page shows, stores and writes. Absent values are NaN.
 
 use picket_dsp::acquire::sample::Stamp;
 use picket_dsp::pipeline::{Measurement, Outcome};

@@ -1,4 +1,4 @@
-//! A board on a serial port: what it says, and orders to it.
+//! A board on a serial port: its messages, and commands to it.
 
 use crate::answer::Answer;
 use crate::device::{Blocks, Listener, Said};

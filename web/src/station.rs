@@ -1,4 +1,4 @@
-//! The library at work on records whose kind and length are known only when the page says them.
+//! The library at work on records whose kind and length are known only at run time.
 
 use crate::answer::Answer;
 use crate::record::record;

@@ -1,4 +1,4 @@
-//! What the library answers, as it crosses the line.
+//! The library's answers on the wire.
 
 use crate::layout::{as_number, choice, layout, named};
 use fixed::types::I32F32;

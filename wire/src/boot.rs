@@ -1,4 +1,4 @@
-//! The boot record: what an instrument says of itself at its start, and when a host asks.
+//! The boot record: the state of an instrument at its start, and when a host asks.
 
 use crate::layout::{Field, Form, Reader, Writer, as_number, layout, named, record};
 

@@ -1,4 +1,4 @@
-//! What a host asks of an instrument, and how the instrument answers.
+//! Commands of a host to an instrument, and its answers.
 //!
 //! ```text
 //! host -> board  Kind::Command  tag: u8 | command: u8 | body

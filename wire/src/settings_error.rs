@@ -71,7 +71,7 @@ pub enum SettingsError {
     /// A correction is not a number, the clock's is above 1000 ppm, or the slope is outside 0.5 to
     /// 2.
     Calibration,
-    /// The settings follow tones, which this board does not.
+    /// The settings follow tones, which this board cannot do.
     Tracking,
     /// The board's core does not have this clock.
     Speed,
@@ -81,7 +81,7 @@ pub enum SettingsError {
     Iq,
     /// The settings ask for sums or bursts, which this board does not have.
     Signals,
-    /// Sums or bursts of a chirp, or beside tracks or further tones; tracks beside further tones; or their numbers are out of range.
+    /// Sums or bursts of a chirp, or together with tracks or further tones; tracks together with further tones; or numbers out of range.
     Mode,
 }
 
@@ -99,7 +99,7 @@ impl SettingsError {
             SettingsError::Drive => [8, 0],
             SettingsError::Sync => [9, 0],
             SettingsError::Calibration => [10, 0],
-            // 11 was a band across 0 Hz, which is searched beside the offset now.
+            // 11 was a band across 0 Hz, which is now searched on both sides of the offset.
             SettingsError::Tracking => [12, 0],
             SettingsError::Speed => [13, 0],
             SettingsError::Slots => [14, 0],
@@ -113,7 +113,7 @@ impl SettingsError {
     pub const fn message_of(code: [u8; 2]) -> &'static str {
         match code {
             [1, 1] => {
-                "the settings are of a version that this image does not know: flash a newer one; most above 1 and harmonics are the NUCLEO's"
+                "the settings have a version or a field that this image does not know: flash a newer one; only the NUCLEO has most above 1 and harmonics"
             }
             [1, _] => "the settings are damaged or of another version",
             [2, _] => "the configuration does not work",
@@ -124,10 +124,10 @@ impl SettingsError {
                 "the core cannot measure every block at this rate: lower rate_hz or most, or follow tones (see the board's page in docs/)"
             }
             [3, 3] => {
-                "worst_case: at this rate the worst block known takes longer than it lasts: lower rate_hz, or set effort to look (picket flash --dry-run prints the rates that hold)"
+                "worst_case: at this rate the worst known block takes longer than it lasts: lower rate_hz, or set effort to look (picket flash --dry-run prints the rates that hold)"
             }
             [3, 4] => {
-                "worst_case: the worst block is known of real records, on the NUCLEO of I/Q too, by the usual method without follow, most, harmonics, sums or bursts: leave these, or worst_case"
+                "worst_case: the worst block is known only for real records (on the NUCLEO also I/Q) with the usual method, without follow, most, harmonics, sums or bursts: remove these, or worst_case"
             }
             [3, _] => {
                 "the sample rate is below what the board can count: raise rate_hz to 1 or more"
@@ -142,20 +142,20 @@ impl SettingsError {
             }
             [8, _] => "a chirp needs a drive, and a drive a chirp",
             [9, _] => {
-                "the sync input does not work at the fastest rate, nor for a chirp of 47 s and more: change rate_hz"
+                "the sync input works neither at the fastest rate nor for chirps of 47 s or more: change rate_hz"
             }
             [10, _] => "calibration: at most 1000 ppm, slope 0.5 to 2",
             [11, _] => {
-                "this image is an older one and searches I/Q on one side of 0 Hz alone, three bins away or more: flash a newer one, or narrow band_hz"
+                "this older image searches I/Q on one side of 0 Hz only, three bins away or more: flash a newer one, or narrow band_hz"
             }
-            [12, _] => "this board follows no tones: leave follow out",
+            [12, _] => "this board does not follow tones: remove follow",
             [14, _] => {
                 "slots: 4 to 12 on the NUCLEO, 4 to 16 on the Pico, or 0 for the usual number"
             }
             [15, _] => "I/Q needs a second converter, which this board does not have",
-            [16, _] => "this board neither adds blocks nor takes bursts: leave mode at blocks",
+            [16, _] => "this board has neither sums nor bursts: set mode to blocks",
             [17, _] => {
-                "mode: sums of 1 to 65536 blocks, bursts from a ratio of 1.05 on, of a tone or a Doppler shift, without follow, most or harmonics; and no follow beside most or harmonics"
+                "mode: sums of 1 to 65536 blocks or bursts from a ratio of 1.05 on need a tone or a Doppler scene, without follow, most or harmonics; follow excludes most and harmonics"
             }
             [13, _] => "the board has no such core_mhz: see its page in docs/, or leave it at 0",
             _ => "the settings do not work",

@@ -1,4 +1,4 @@
-//! Telemetry: a measurement, by what it was measured, and the state of the instrument.
+//! Telemetry: a measurement, its conditions, and the state of the instrument.
 
 use crate::boot::Clock;
 use crate::layout::{layout, record};

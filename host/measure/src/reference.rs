@@ -1,4 +1,4 @@
-//! Estimators too dear or too odd for a microcontroller, in `f64` on the host: Kay's, Fitz's and
+//! Estimators too expensive or too unusual for a microcontroller, in `f64` on the host: Kay's, Fitz's and
 //! maximum likelihood, the yardsticks the others are held against.
 
 use picket_dsp::acquire::sample::Record;

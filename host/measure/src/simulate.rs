@@ -37,7 +37,7 @@ pub enum Width {
 }
 
 impl Width {
-    /// The codes it delivers; of a float converter those of 16 bits, which hold what it delivers.
+    /// Output code range; float converters use 16-bit codes.
     pub const fn codes(self) -> Codes {
         match self {
             Width::Codes(codes) => codes,

@@ -1,4 +1,4 @@
-//! The converter that a file's numbers are codes of.
+//! The converter whose codes a file holds.
 
 use super::{Levels, Scaling};
 

@@ -78,7 +78,7 @@ impl fmt::Display for CalibrateError {
             ),
             CalibrateError::NoSettings(name) => write!(
                 f,
-                "{name}: the board's settings are not in it: record by picket watch PORT --record FILE, which asks for them"
+                "{name}: it lacks the board's settings: record with picket watch PORT --record FILE, which requests them"
             ),
             CalibrateError::Stopped => f.write_str(
                 "the board is stopped: start it by picket watch PORT --start, then try again",
@@ -95,7 +95,7 @@ impl fmt::Display for CalibrateError {
             ),
             CalibrateError::Band { reference_hz, low, high } => write!(
                 f,
-                "the board looks from {low} to {high} Hz, where the reference of {reference_hz} Hz is not: set band_hz to null by picket watch PORT --set-settings FILE, then try again"
+                "the board searches {low} to {high} Hz, which excludes the reference of {reference_hz} Hz: set band_hz to null by picket watch PORT --set-settings FILE, then try again"
             ),
             CalibrateError::Silent { seconds, block } => write!(
                 f,
@@ -109,11 +109,11 @@ impl fmt::Display for CalibrateError {
             CalibrateError::Off { hertz, reference_hz, ppm, internal } => {
                 write!(
                     f,
-                    "the board reads {hertz:.3} Hz where the reference is {reference_hz} Hz: a clock_ppm of {ppm:.0} is more than the 1000 that it takes; "
+                    "the board reads {hertz:.3} Hz where the reference is {reference_hz} Hz: a clock_ppm of {ppm:.0} is more than the allowed 1000; "
                 )?;
                 f.write_str(match internal {
-                    true => "it runs by its internal oscillator (1 %), so mend its external clock first (docs/board.md)",
-                    false => "is it another tone, or does the board run by its internal oscillator (picket watch PORT says so)?",
+                    true => "it runs on its internal oscillator (1 %), so repair its external clock first (docs/board.md)",
+                    false => "is it another tone, or does the board run on its internal oscillator (picket watch PORT shows it)?",
                 })
             }
             CalibrateError::Another(ppm) => write!(

@@ -1,4 +1,4 @@
-//! The lidar's rows with many seeds: how large errors are, and whether the gross ones are known for what they are.
+//! The lidar's rows with many seeds: how large errors are, and whether gross ones are flagged.
 
 use super::feed::N;
 use super::options::Options;

@@ -1,4 +1,4 @@
-//! One way to show what a scene has given: a table and figures for people, lines for programs, pictures, and an exit code.
+//! One way to show the results of a scene: a table and figures for people, lines for programs, pictures, and an exit code.
 
 use super::options::Options;
 use super::{DemoError, said};

@@ -1,4 +1,4 @@
-//! Targets one after the other, measured by a board's firmware: truth beside measurement, and whether each lies inside its paper's bars.
+//! Targets one after the other, measured by a board's firmware: truth next to measurement, and whether each error is within the paper's limits.
 
 use super::feed::{N, play};
 use super::options::{Board, Options};

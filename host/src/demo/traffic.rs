@@ -1,4 +1,4 @@
-//! Four cars in front of a lidar: what each chirp shows of all of them, with nothing called good that is no car.
+//! Four cars in front of a lidar: what each chirp shows of all of them, with only cars called good.
 
 use super::feed::{N, records};
 use super::options::Options;

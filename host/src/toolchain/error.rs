@@ -88,7 +88,7 @@ impl fmt::Display for ToolError {
             }
             ToolError::Sources(place) => write!(
                 f,
-                "firmware and page are built from the sources, and {} has none any more: clone the repository again and type `cargo install --locked --path host` in it",
+                "firmware and page are built from the sources, but {} has none any more: clone the repository again and type `cargo install --locked --path host` in it",
                 place.display()
             ),
             ToolError::Build { bin, output } => {

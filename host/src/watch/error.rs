@@ -86,12 +86,12 @@ impl fmt::Display for WatchError {
                 write!(f, "{what}: {source}; the first {kept} bytes are kept")
             }
             WatchError::Nothing(what) => {
-                write!(f, "{what}: no frame of a board is in it: give what --record has kept")
+                write!(f, "{what}: no frame of a board is in it: give a file of --record")
             }
             WatchError::Version { what, version } => write!(f, "{what}: {}", unknown(*version)),
             WatchError::Unanswered { order, tries } => write!(
                 f,
-                "{order}: sent {tries} times without an answer: the board is heard and does not hear, so look at its receiving wire"
+                "{order}: sent {tries} times without an answer: the board sends but does not receive, so check its receiving wire"
             ),
             WatchError::Unheard { tries, bytes } => {
                 write!(f, "asked {tries} times: {}", unheard(*bytes))
@@ -101,7 +101,7 @@ impl fmt::Display for WatchError {
                 "--capture: {got} of {wanted} blocks came whole: the line loses bytes, so try a shorter cable or another USB socket"
             ),
             WatchError::Orders => {
-                f.write_str("orders need a port: neither stdin nor a file listens")
+                f.write_str("commands need a port: stdin and files cannot receive them")
             }
             WatchError::Settings(what) | WatchError::Output(what) => f.write_str(what),
             WatchError::Refused(refusal) => write!(f, "the device refuses: {refusal}"),
@@ -128,7 +128,7 @@ pub(super) fn io(what: impl fmt::Display) -> impl FnOnce(std::io::Error) -> Watc
 /// Records of a version that this program does not know.
 pub(super) fn unknown(version: u8) -> String {
     format!(
-        "its records are of version {version}, this program knows version {VERSION}: update picket, or flash the board with this one's image (picket flash)"
+        "its records have version {version}, this program knows version {VERSION}: update picket, or flash the board with this version's image (picket flash)"
     )
 }
 
@@ -137,6 +137,6 @@ pub(super) fn unheard(bytes: u64) -> String {
     let baud = picket_firmware::nucleo_f446re::words::serial::BAUD;
     match bytes {
         0 => "it says nothing; is it the board's port, and has the board power and its image (picket flash)?".into(),
-        bytes => format!("{bytes} bytes came, and no frame; is it the board's port? It speaks at {baud} baud"),
+        bytes => format!("{bytes} bytes came, and no frame; is it the board's port? The board sends at {baud} baud"),
     }
 }

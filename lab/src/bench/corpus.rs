@@ -1,4 +1,4 @@
-//! The records whose instructions are counted: what a converter may deliver, not what suits us.
+//! The records whose instructions are counted: signals that a converter may deliver, easy or not.
 
 use picket_dsp::acquire::codes::Codes;
 use picket_simulator::scene::{Density, Form, Impulses, Source, Tone};

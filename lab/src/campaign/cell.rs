@@ -1,4 +1,4 @@
-//! What a method made of many records of one impairment at one signal-to-noise ratio.
+//! The results of a method on many records of one impairment at one signal-to-noise ratio.
 
 use super::LIE_SIGMAS;
 use crate::sweep::OUTLIER_BINS;

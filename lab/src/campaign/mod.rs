@@ -1,4 +1,4 @@
-//! The campaign: what estimators say of records with something wrong, against what is true.
+//! The campaign: estimators on disturbed records, compared with the truth.
 //!
 //! As in a sweep every method sees the same records, and the digits are the same on any number of threads.
 

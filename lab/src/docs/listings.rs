@@ -1,4 +1,4 @@
-//! What the images of `dependents/` take, and which chips the library fits.
+//! The sizes of the images of `dependents/`, and the chips that the library fits.
 
 use super::Table;
 use super::figures::{Budget, head, measured, row, whole};

@@ -1,4 +1,4 @@
-//! What methods answer on the recordings of other people in `host-tests/data`, beside their references.
+//! The answers of methods on other people's recordings in `host-tests/data`, and their references.
 
 use crate::analyze::{self, Analysis, Answer};
 use crate::arithmetic::{Arithmetic, Estimate, engine, whole};

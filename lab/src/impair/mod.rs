@@ -1,4 +1,4 @@
-//! Records as front ends deliver them: one tone in noise, and one thing wrong with it, or two.
+//! Records as front ends deliver them: one tone in noise, with one disturbance or two.
 //!
 //! Each is a change of a [scene](picket_simulator::Scene), whose records know nothing of the estimators. A record depends on the generator's
 //! seed and stream alone, and says its own truth: the mean frequency of the tone over the block, or of a carrier with a width of its own

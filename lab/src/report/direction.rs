@@ -1,4 +1,4 @@
-//! How often Z-Rife takes the wrong neighbour, which its paper does not say.
+//! How often Z-Rife takes the wrong neighbour, which its paper does not state.
 
 use super::lab::{Check, Lab, Section, Table, digits, plus_minus};
 use super::lidar::N;

@@ -1,4 +1,4 @@
-//! Records with something wrong: what ours and the others say of them.
+//! Disturbed records: the answers of our method and of others.
 
 use super::lab::{Check, Lab, Section, Table};
 use super::outcomes::{Outcomes, Shares};

@@ -1,4 +1,4 @@
-//! The lidar paper's Table 1: what each method costs.
+//! The lidar paper's Table 1: the cost of each method.
 
 use super::count::{Cost, Counted, cost_of};
 use super::lab::{Check, Lab, Section, Table};

@@ -1,4 +1,4 @@
-//! `lab schema`: the files that are made of the one description of answers and settings in `wire/`, written or compared.
+//! `lab schema`: the files that are written from the single description of answers and settings in `wire/`, or compared with it.
 
 mod header;
 mod json;

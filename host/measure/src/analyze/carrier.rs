@@ -1,4 +1,4 @@
-//! The carrier of a Doppler radar: which speed a shift is of.
+//! The carrier of a Doppler radar: the speed of a shift.
 
 use picket_dsp::config::SPEED_OF_LIGHT;
 use picket_dsp::solve::chirp::Mixing;

@@ -1,4 +1,4 @@
-//! Blocks that integers do not take: each has a verdict and is counted, and the analysis goes on.
+//! Blocks whose samples do not fit integers: each has a verdict and is counted, and the analysis goes on.
 
 use crate::recording::Sample;
 use picket_dsp::acquire::codes::Codes;

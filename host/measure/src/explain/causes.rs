@@ -1,4 +1,4 @@
-//! The causes of a joint fit, as rows of the table: what each was believed, and what joined the fit.
+//! The causes of a joint fit, as rows of the table: the probability of each, and which joined the fit.
 
 use super::rows::Row;
 use picket_dsp::model::{Answer, Cause};

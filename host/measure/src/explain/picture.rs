@@ -1,4 +1,4 @@
-//! The bins around a peak, the fit, and what it leaves.
+//! The bins around a peak, the fit, and its residual.
 
 use crate::analyze::Explanation;
 use crate::arithmetic::Fitted;

@@ -1,4 +1,4 @@
-//! Thirty seconds in front of the lidar of [`super::lidar`]: four cars that cross one another in range and in speed.
+//! Thirty seconds in front of the lidar of [`super::lidar`]: four cars whose ranges and speeds cross.
 
 use super::{before, echo, lidar as config, sensor};
 use picket_dsp::acquire::sample::Real;

@@ -1,4 +1,4 @@
-//! What kind of signal a recording holds, and which way of measuring it holds on the recording itself.
+//! What kind of signal a recording holds, and which way of measuring it is consistent on the recording itself.
 
 use super::series::Series;
 use super::trial::{Ground, Of, Shot, Way};

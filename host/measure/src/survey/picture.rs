@@ -1,4 +1,4 @@
-//! A recording as a picture: what was measured, over the spectrogram, or the spectrum where nothing held.
+//! A recording as a picture: what was measured, over the spectrogram, or the spectrum if no way was consistent.
 
 use super::Survey;
 use super::nature::TRIED;

@@ -1,4 +1,4 @@
-//! The power over the bins, and the floor that lines stand on.
+//! The power over the bins, and the floor below the lines.
 
 use picket_transform::Transform;
 use picket_transform::num_complex::Complex;

@@ -1,4 +1,4 @@
-//! A way to measure, tried on the samples themselves: what it answers, and whether blocks of half its length answer alike.
+//! A way to measure, tried on the samples themselves: its answers, and whether blocks of half its length agree.
 
 use super::nature::moves;
 use crate::simulate::Kind;

@@ -1,4 +1,4 @@
-//! The ways that may suit a recording, tried, and what held.
+//! Trials of the ways that may suit a recording, and which were consistent.
 
 use super::nature::{Known, median, moves, of_hum};
 use super::series::Series;
