@@ -151,7 +151,7 @@ fn records_that_scatter_otherwise_than_they_say_are_told() {
         text(&output.stdout)
     };
     let told = lines(3.0);
-    assert!(told.contains("as wide as their sigmas, and the sigma told here is wider"), "{told}");
+    assert!(told.contains("as wide as their sigmas, and the sigma above is widened"), "{told}");
     let told = lines(0.1);
     assert!(told.contains("0.10 times as wide as their sigmas, which are too wide"), "{told}");
     let told = lines(1.0);
@@ -200,7 +200,7 @@ fn each_failure_is_a_line_with_its_cure() {
         (
             [boot(Clock::External), BENCH.records()].concat(),
             "50k",
-            "settings are not in it: record",
+            "lacks the board's settings: record",
         ),
         (
             of(Settings { start: false, ..usual }),
@@ -219,7 +219,7 @@ fn each_failure_is_a_line_with_its_cure() {
             "searches 1000 to 2000 Hz, which excludes the reference of 50000 Hz: set band_hz",
         ),
         (BENCH.recording(), "250k", "not below half the board's 500000 samples a second"),
-        (far.recording(), "50k", "a clock_ppm of 1500 is more than the 1000 that it takes; is it"),
+        (far.recording(), "50k", "a clock_ppm of 1500 is more than the allowed 1000; is it"),
         (internal, "50k", "its internal oscillator (1 %), so repair its external clock"),
         (BENCH.recording(), "60k", "reads 49999."),
         (weak.recording(), "50k", "none of 400 records can be used, most are weak (The line is"),
