@@ -1,8 +1,8 @@
 //! The developers' program as it is run, as one program: it is compiled and linked once.
 
-mod bad;
 mod campaign;
 mod impair;
+mod misuse;
 mod overwrite;
 mod paths;
 #[path = "../../host/tests/program.rs"]

@@ -1,4 +1,4 @@
-//! Wrong invocations of `lab`: each is told in one line, with exit code 2.
+//! Wrong invocations of `lab`: each ends in one line, with exit code 2.
 
 use crate::program::{lines, refused};
 
