@@ -1,4 +1,4 @@
-//! `picket doctor`: the first power-up, in ten checks. It asks the board what it is and how it does, and changes nothing on it.
+//! `picket doctor`: the first power-up, in ten checks. It asks the board for its identity and state, and changes nothing on it.
 
 mod checks;
 mod facts;
@@ -20,10 +20,10 @@ use std::process::ExitCode;
 pub struct Options {
     /// The board's serial port; without it the ports are listed
     port: Option<String>,
-    /// The report as JSON; the list goes beside it, as text
+    /// File for the report as JSON; the list goes next to it, as text
     #[arg(long, value_name = "FILE", default_value = "picket-doctor.json")]
     report: PathBuf,
-    /// Seconds of the board in which it is watched
+    /// Duration of the checks, in seconds of the board
     #[arg(long, value_name = "SECONDS", default_value_t = 4, value_parser = clap::value_parser!(u32).range(2..=600))]
     seconds: u32,
     /// The board is emulated: its seconds are not this computer's
