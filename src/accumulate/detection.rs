@@ -21,7 +21,7 @@ use heapless::Vec;
 
 /// Bins in a group of cells of the noise's reference.
 const GROUP: i32 = 8;
-/// The most groups on each side, beside one group on each side that may hold the line's skirt.
+/// The most groups on each side, in addition to one on each side that may hold the line's skirt.
 const SIDE: i32 = 16;
 /// Of four groups the loudest is left out: it may hold another line, or its skirt.
 const CELLS: usize = 2 * SIDE as usize;
@@ -149,7 +149,7 @@ fn keep(best: &mut Vec<(f32, Peak), CANDIDATES>, ratio: f32, place: Peak) {
     let _ = best.push((ratio, place));
 }
 
-/// The mean of the sums of bins of noise beside group `index`, and the number of independent bins with this accuracy.
+/// The mean of the sums of bins of noise next to group `index`, and the number of independent bins with this accuracy.
 fn noise(sums: &Sums, index: i32, count: i32, group: i32) -> Option<(f32, f32)> {
     let low = bins(sums.layout).low;
     let mut means = Vec::<f32, CELLS>::new();

@@ -95,7 +95,7 @@ impl Format {
         }
     }
 
-    /// The code in a word. Bits beside the code are ignored. Cost: two shifts, a subtraction and a
+    /// The code in a word. Other bits of the word are ignored. Cost: two shifts, a subtraction and a
     /// clamp.
     #[inline]
     pub fn code(self, word: impl Word) -> i16 {

@@ -93,7 +93,7 @@ impl<R: Record, const N: usize> Framer<R, N> {
     /// ```
     /// use picket_dsp::{Framer, Format, Real};
     ///
-    /// // Ramps of 100 samples, of which the first 20 come before the echo.
+    /// // Ramps of 100 samples; the first 20 come before the echo.
     /// let mut framer = Framer::<Real, 64>::new(Format::signed::<16>()).with_hop(100).with_guard(20);
     /// let stream: Vec<i16> = (0..300).collect();
     /// framer.push(&stream, |stamp, samples| {

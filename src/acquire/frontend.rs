@@ -15,7 +15,7 @@
 //!
 //! **Who owns what.** A *slot* is a token for the memory of one block. The board makes it
 //! ([`Dma::Slot`]). It is neither `Copy` nor `Clone`, and it is always in exactly one place: with
-//! the DMA controller, in one of the two queues, or with the main loop. So nobody reads a buffer
+//! the DMA controller, in one of the two queues, or with the main loop. So no one reads a buffer
 //! that is being written, and this file needs no `unsafe`.
 //!
 //! **Which interrupt.** The interrupt at the end of a block. If software starts every block, it is terminal count (PL081: a timer's

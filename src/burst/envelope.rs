@@ -42,7 +42,7 @@ impl Envelope {
     }
 
     /// The envelope of these powers, from a guess: their moments under a gate of the envelope's own shape, which is twice as long. The
-    /// noise is the median of the points beside the gate.
+    /// noise is the median of the points outside the gate.
     pub fn fitted(self, powers: &[f32; POINTS]) -> Self {
         let mut beside = heapless::Vec::<f32, POINTS>::new();
         for (index, &power) in powers.iter().enumerate() {

@@ -38,7 +38,7 @@ const FALSE_ALARM: f32 = 1e-5;
 const CYCLES: f32 = 4.0;
 /// Standard deviations on each side of the middle within which a burst is tested for a second particle.
 const NEAR: f32 = 2.5;
-/// The limit in normal deviations that a single particle's residual exceeds in one of a hundred bursts by its power over the noise beside
+/// The limit in normal deviations that a single particle's residual exceeds in one of a hundred bursts by its power over the noise next to
 /// the burst, and (in simulation, in one of a thousand) by the correlation of its neighbouring points.
 const POWER_LIMIT: f32 = 2.33;
 const CORRELATION_LIMIT: f32 = 3.2;

@@ -34,7 +34,7 @@
 //! var f = v / (2 pi^2 A^2 sum of (t - c)^2 exp(-(t - c)^2 / s^2)) = v / (pi^2.5 A^2 s^3)      cycles per sample, squared
 //! ```
 //!
-//! and twice this variance for I/Q with v the power of both parts. A burst whose tone is good has the verdict good and a [`Burst`] beside
+//! and twice this variance for I/Q with v the power of both parts. A burst whose tone is good has the verdict good and a [`Burst`] with
 //! it: a program that reads tones reads it as any other, and a program that validates bursts reads [`Validation`].
 
 mod baseband;

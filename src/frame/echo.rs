@@ -41,7 +41,7 @@ impl Echo {
         }
     }
 
-    /// The phase of the first chirp beside the middle's, and the turn from each chirp to the next.
+    /// The phase of the first chirp relative to the middle's, and the turn from each chirp to the next.
     pub fn phases(&self, plan: &FramePlan) -> [Complex<f32>; 2] {
         let chirps = plan.chirps as i32;
         let step = circle::<f32>(self.row, chirps) * f32::unit(self.turn / chirps as f32);
@@ -50,7 +50,7 @@ impl Echo {
         [first, step]
     }
 
-    /// The echo's share in a bin of a chirp at this place beside the middle, for the amplitude 1 and without the turn over the chirps.
+    /// The echo's share in a bin of a chirp at this distance from the middle, for the amplitude 1 and without the turn over the chirps.
     pub fn line(&self, plan: &FramePlan, bin: i32, place: f32) -> Complex<f32> {
         kernel(plan.n, bin.wrapping_sub(self.peak), self.offset + self.walk * place, self.bend)
     }
@@ -86,7 +86,7 @@ impl Share {
         Some(Self { middle, slope, bend })
     }
 
-    /// The share in a chirp at this place beside the middle.
+    /// The share in a chirp at this distance from the middle.
     pub fn at(&self, place: f32) -> Complex<f32> {
         self.middle + (self.slope + self.bend * place) * place
     }

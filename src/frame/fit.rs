@@ -3,7 +3,7 @@
 //! The sum over the chirps, each turned back by the target's turn, is a chirp's record of length `n`, and its tone is the beat. The sum over
 //! the bins, each weighed as the beat fills it, is an I/Q record of as many values as there are chirps, and its tone is the turn from chirp
 //! to chirp. About the middles of frame and chirps the two frequencies are uncorrelated. Each record is that of the cells less all echoes,
-//! and this echo as a pure tone beside it: so what walks, bends, or mirrors is taken out exactly once the fit has settled.
+//! and this echo as a pure tone in addition: so walks, bends and mirror images are removed exactly once the fit has settled.
 
 use super::echo::{Echo, Share, kernel};
 use super::map::{CHIRPS, Column, EMPTY, Map};
@@ -22,7 +22,7 @@ const WIDTH: usize = 2 * REACH as usize + 1;
 /// Taps on each side by which a part of a bin's walk is taken out.
 const TAPS: i32 = 4;
 
-/// Bins: those of the window, and the taps beside it.
+/// Bins: those of the window, and the taps next to it.
 const READ: i32 = REACH + TAPS;
 
 /// The result of both fits, of an echo whose amplitude is known.
@@ -93,7 +93,7 @@ impl Map<'_> {
         Some(Fitted { echo: next, beat, turn, energy: records.energy * chirps as f32, moved })
     }
 
-    /// The records of an echo, from cells of which all other echoes are taken.
+    /// The records of an echo, from cells without all other echoes.
     fn records(&self, echo: &Echo) -> Records {
         let plan = self.plan;
         let walks = echo.walk.abs() * plan.chirps as f32 > 0.05;

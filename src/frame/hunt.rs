@@ -21,7 +21,7 @@ const ONE: f32 = 1.2;
 /// A target with less than this share of the strongest one's power may be what the strongest one's own errors leave: -50 dB.
 const LEFT: f32 = 1e-5;
 
-/// Rounds in which all echoes are fitted beside each other: after each new one, and in the end.
+/// Rounds in which all echoes are fitted together: after each new one, and in the end.
 const ROUNDS: usize = 2;
 const LAST: usize = 8;
 
@@ -147,7 +147,7 @@ impl Hunt<'_> {
         Some(result)
     }
 
-    /// Whether an echo stands out of the noise beside it.
+    /// Whether an echo exceeds the noise around it.
     fn stands_out(&mut self, index: usize, least: f32) -> bool {
         let Some(&echo) = self.map.echoes.get(index) else { return false };
         let (tried, rows) = (self.map.tried(), self.map.plan.chirps as f32);

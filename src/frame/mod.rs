@@ -55,7 +55,7 @@
 //! 2. A transform over the chirps makes a map of ranges and velocities. The place of most evidence is sought in it, in steps of half a
 //!    cell in both directions (`search`). Beats that walk through cells within a frame are sought along their walk.
 //! 3. The target is fitted by the library's own fit of a tone, over the samples and over the chirps in turn (`fit`), and taken from the
-//!    cells. The search goes on in the rest, and all targets are fitted again beside each other, up to [`TARGETS`].
+//!    cells. The search goes on in the rest, and all targets are fitted again together, up to [`TARGETS`].
 //! 4. The noise is that of the cells around a target, in both directions (`noise`); a target is one if noise alone exceeds it in no more
 //!    frames than were asked (`chance`).
 //! 5. Range and velocity follow with their covariance:

@@ -1,4 +1,4 @@
-//! The noise beside a target: the cells around it, in both directions, less the echoes.
+//! The noise around a target: the cells around it, in both directions, less the echoes.
 
 use super::echo::Echo;
 use super::map::{EMPTY, Map};
@@ -25,7 +25,7 @@ pub(super) struct Beside {
     pub cells: f32,
 }
 
-/// The noise beside an echo that walks so; `None` where no cell is free.
+/// The noise around an echo with this walk; `None` where no cell is free.
 pub(super) fn beside(map: &Map, echo: &Echo) -> Option<Beside> {
     let plan = map.plan;
     let chirps = plan.chirps as i32;

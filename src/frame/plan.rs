@@ -195,7 +195,7 @@ impl FramePlan {
         }
     }
 
-    /// The place of a chirp beside the frame's middle, chirps.
+    /// The distance of a chirp from the frame's middle, chirps.
     pub(super) fn place(&self, chirp: usize) -> f32 {
         chirp as f32 - 0.5 * (self.chirps as f32 - 1.0)
     }

@@ -92,7 +92,7 @@ impl Map<'_> {
         [stretched(metres(beat.saturating_add(shift), plan.range.fixed), velocity), velocity]
     }
 
-    /// The target of a fitted echo beside this noise. The map holds all other echoes.
+    /// The target of a fitted echo in this noise. The map holds all other echoes.
     pub fn target(
         &self,
         fitted: &Fitted,

@@ -140,7 +140,7 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
         const SHARE: f32 = 0.1 * 0.64;
         /// Pairs' bins from 0 Hz, and from half the rate, where the two lines leak into each other.
         const NEAREST: i32 = 3;
-        /// Minimum degrees of freedom of the noise beside a tone.
+        /// Minimum degrees of freedom of the noise around a tone.
         const DOF: f32 = 32.0;
         let n = N as i32;
         let from_dc = nearest(tone.frequency, TWICE).wrapping_sub(n / 2);

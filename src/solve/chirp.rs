@@ -24,7 +24,7 @@ use heapless::Vec;
 
 /// Solves a trapezoid from its three tones. `signed` is true for I/Q beats, whose signs are known.
 ///
-/// A slow target's flat beat is beside 0 Hz, where a line is `near-edge` or not seen at all. Then both ramps give range and velocity, and
+/// A slow target's flat beat is next to 0 Hz, where a line is `near-edge` or not seen at all. Then both ramps give range and velocity, and
 /// the flat segment only excludes a larger Doppler shift.
 pub fn trapezoid(tones: &[Tone; 3], signed: bool, equations: &Equations) -> Target {
     let lines = tones.each_ref().map(|tone| first([Line::from(*tone)].into_iter()));

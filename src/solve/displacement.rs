@@ -33,7 +33,7 @@ pub struct Displacement {
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     pub metres: I32F32,
     /// One standard deviation, metres, of the phase in this block. The displacement of the first block is 0, and the first block's error is
-    /// part of all that follow.
+    /// part of all later ones.
     pub sigma: f32,
     /// The number of the start from which the displacement counts, which is the first block after it whose tone can be used. Displacements
     /// of different starts do not belong together.

@@ -1,7 +1,7 @@
 //! How a followed tone may move: a bank of three Kalman filters of two states, frequency and rate, weighed by their innovations.
 //!
 //! Nobody knows beforehand whether a target stands, accelerates or jumps, and a single filter is wrong about two of the three. So three
-//! models run beside each other, as an interacting multiple model (Blom and Bar-Shalom 1988; Bar-Shalom, Li and Kirubarajan 2001, section
+//! models run in parallel, as an interacting multiple model (Blom and Bar-Shalom 1988; Bar-Shalom, Li and Kirubarajan 2001, section
 //! 11.6.6). The models mix before each block; after it, each is as probable as its innovation says. The answer is the mean of all three,
 //! and its variance includes what they differ by.
 //!

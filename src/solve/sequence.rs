@@ -75,7 +75,7 @@ pub struct Sequence {
     period: f32,
     /// The first and the last chirp of the line, if there is one.
     ends: Option<[(u64, ToneWithPhase); 2]>,
-    /// The turn from the first chirp to the second, of which whole turns are not known. The values of the lines: the turns beyond the
+    /// The turn from the first chirp to the second, up to unknown whole turns. The values of the lines: the turns beyond the
     /// multiples of this turn, and the beats less the first beat.
     turn: f32,
     turns: f32,

@@ -20,7 +20,7 @@ pub struct Target {
     pub sigma_velocity: f32,
     /// The ambiguity that waveform and lines leave, or what decided it.
     pub ambiguity: Ambiguity,
-    /// The worst verdict of the beats, except for a trapezoid's flat beat beside 0 Hz; at least [`Verdict::Unresolved`] if the range is
+    /// The worst verdict of the beats, except for a trapezoid's flat beat next to 0 Hz; at least [`Verdict::Unresolved`] if the range is
     /// negative or out of its bound, or if the beats contradict each other by more than five standard deviations; at least
     /// [`Verdict::Ambiguous`] if nothing decides between several targets.
     pub verdict: Verdict,

@@ -28,7 +28,7 @@ impl Band {
         Band::new(1, n as i32 / 2 - 1)
     }
 
-    /// The whole spectrum of an I/Q record: bins 0..=N-1, of which DC is not searched.
+    /// The whole spectrum of an I/Q record: bins 0..=N-1, without a search at DC.
     pub const fn iq(n: usize) -> Self {
         Band::new(0, n as i32 - 1)
     }

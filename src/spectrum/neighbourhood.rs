@@ -29,7 +29,7 @@ const SIDE: i32 = GUARD - 1 + (GROUP * GROUPS) as i32;
 /// All bins of a fit and its ring: a side that lends groups takes the room of the other.
 const RING: usize = 2 * SIDE as usize + 1;
 
-/// All bins of a record without a ring, and the mirrored bins of a fit beside an end.
+/// All bins of a record without a ring, and the mirrored bins of a fit next to an end.
 const SHORT: usize = 128 / 2 - 1 + REACH;
 
 /// Room for the bins of a [`Neighbourhood`].

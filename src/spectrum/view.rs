@@ -44,7 +44,7 @@ pub struct View<'a> {
 
 impl View<'_> {
     /// The error in bins that the engine and the fit's `f32` add to the frequency of a strong line, rms over frequencies and phases.
-    /// Rounded factors cause most of it: their errors follow the line, and do not show as noise beside it. Measured against an exact
+    /// Rounded factors cause most of it: their errors follow the line, and do not show as noise around it. Measured against an exact
     /// transform: host-tests, `engine_error`.
     pub fn error(&self) -> f32 {
         match self.points {

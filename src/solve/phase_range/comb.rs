@@ -1,4 +1,4 @@
-//! The turns that a phase allows, evenly apart, and how probable each is beside a range by frequency.
+//! The turns that a phase allows, evenly apart, and the probability of each given a range by frequency.
 
 use crate::math::fixed_point::in_steps;
 use crate::math::scalar::Scalar as _;
@@ -48,7 +48,7 @@ pub(super) struct Comb {
     listed: i32,
 }
 
-/// Student's density over its height, at so many standard deviations.
+/// Student's density over its height, at this many standard deviations.
 fn weight(deviations: f32) -> f32 {
     let square = deviations * deviations;
     libm::expf(-0.5 * (DOF + 1.0) * (1.0 + square / DOF).log_e())

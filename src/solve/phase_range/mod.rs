@@ -9,7 +9,7 @@
 //! which grows evenly with the range, by one turn every half wavelength. So the phase gives the place within a turn, a hundred times as
 //! exactly as the frequency gives the range, and the frequency must pick the turn. [`PhaseRanging`] lists every turn that agrees with the
 //! frequency, each with its probability, and answers by the phase only where one turn has odds of [`SURE`] against all others. Elsewhere the
-//! answer is the range by the frequency, as exact as it is, with the candidates beside it.
+//! answer is the range by the frequency, as exact as it is, with the candidates.
 //!
 //! A fit's phase belongs to the middle of the record, where it is independent of the fit's frequency. Sigma of the frequency is an estimate
 //! itself, with [`DOF`] degrees of freedom: the odds are those of Student's distribution, whose tails are the wider ones.
