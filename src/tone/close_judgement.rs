@@ -16,7 +16,7 @@ const TRANSFORM: f32 = RESIDUE as f32;
 /// The threshold of four tests in normal deviations: each fires by chance in 2.5e-7 of all blocks.
 const FIRES: f32 = 5.026;
 
-/// The residual beyond the directions is clean if each of two tests on it is more probable than 5e-4.
+/// What the five directions leave unexplained counts as noise if both tests have p > 5e-4.
 const CLEAN: f32 = 3.291;
 
 /// A noise estimate with fewer degrees of freedom comes from [`LocalNoise::on_an_edge`].
@@ -34,7 +34,7 @@ const HIDDEN: f32 = 5.0;
 /// changes of the amplitude.
 const PAIRED: f32 = 12.0;
 
-/// One block of noise in a hundred exceeds the first power in two directions, one in four hundred the second.
+/// Noise alone exceeds `ODD` (in two directions) in 1 % of blocks, and `LIKELY` in 0.25 %.
 const ODD: f32 = 9.0;
 const LIKELY: f32 = 12.0;
 

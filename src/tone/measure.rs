@@ -76,9 +76,9 @@ pub fn measure(
 /// No tone.
 pub(crate) const NO_TONE: (Tone, Evidence) = (Tone::ZERO, Evidence::NO_TONE);
 
-/// Measures as [`measure`] does, and leaves the verdict to a caller with more evidence: returns the tone, so far good, and the evidence.
-#[expect(clippy::too_many_arguments, reason = "one more than measure, for who listens")]
-#[inline(never)] // one for those who listen, one for those who do not
+/// Like [`measure`], but returns the evidence without a verdict, so that the caller can add to it; the tone is `good` so far.
+#[expect(clippy::too_many_arguments, reason = "takes measure's arguments and an observer")]
+#[inline(never)] // one with an observer, one without
 pub(crate) fn weigh(
     view: &View,
     fit_near: FitNear,
@@ -107,7 +107,7 @@ pub(crate) fn weigh(
     let Some(fit) = &mut fit_near(around, arithmetic, reach, FitStart::Usual) else {
         return NO_TONE;
     };
-    // Noise. An edge of it beside the tone is unusual.
+    // Noise. A step in the noise floor next to the tone is rare.
     let ring = ring::beside(around, fit, arithmetic);
     let clipped = clipped as f32 / n as f32;
     // In software floats a fit to few bins takes a quarter of a block's time.
