@@ -59,17 +59,17 @@ const char *picket_status_message(picket_status status);
 /* made by lab schema: verdicts */
 /* What is known against a number. The order of severity is: good, moving, near-edge, clipped, unresolved, image, gap, weak, ambiguous, front-end, no-signal, wrong-codes, coasting. */
 enum {
-    PICKET_GOOD = 0, /* One steady tone: the error is as sigma says. */
-    PICKET_NEAR_EDGE = 1, /* The tone is so near DC or Nyquist that an offset or its mirror image disturbs it, or it lies outside of the band. */
+    PICKET_GOOD = 0, /* One steady tone. Sigma is the expected error. */
+    PICKET_NEAR_EDGE = 1, /* The tone is so near DC or Nyquist that an offset or its mirror image disturbs it, or it lies outside the band. */
     PICKET_CLIPPED = 2, /* Samples touch the converter's rails: lower the gain. */
-    PICKET_UNRESOLVED = 3, /* There is more than one tone in the line: sigma covers what is seen of it. */
+    PICKET_UNRESOLVED = 3, /* There is more than one tone in the line: sigma covers only the visible part of the others. */
     PICKET_GAP = 4, /* Samples were lost just before this block. */
-    PICKET_WEAK = 5, /* The line is too weak, or too near DC or Nyquist, to be told from noise. */
+    PICKET_WEAK = 5, /* The line is too weak, or too near DC or Nyquist, to be distinguished from noise. */
     PICKET_NO_SIGNAL = 6, /* There is nothing in the band. */
-    PICKET_WRONG_CODES = 7, /* Samples lie beyond the rails that were stated: the converter's codes are others. */
+    PICKET_WRONG_CODES = 7, /* Samples lie beyond the stated rails: the converter has other codes. */
     PICKET_MOVING = 8, /* The tone's frequency or level changes within the block: the frequency is the mean over it. */
     PICKET_IMAGE = 9, /* The two channels do not belong together: the frequency may have the wrong sign. */
-    PICKET_FRONT_END = 10, /* The lines are those of codes that wrap, or of samples that changed places: the tone may be another one. */
+    PICKET_FRONT_END = 10, /* The lines are those of codes that wrap, or of swapped samples: the tone may be another line. */
     PICKET_AMBIGUOUS = 11, /* The beats fit several targets: a bound of range or velocity, or the next chirp, decides. */
     PICKET_COASTING = 12 /* The block did not measure the tone: this is the track's prediction. */
 };
