@@ -67,7 +67,7 @@ fn main() -> io::Result<()> {
         println!("cargo:rustc-link-arg-bins=-L{}", out.display());
         println!("cargo:rustc-link-arg-bins=-Tlink.x");
     }
-    if has("LOG") {
+    if has("LOG") || has("DEFMT") {
         println!("cargo:rustc-link-arg-bins=-Tdefmt.x");
     }
     Ok(())

@@ -110,6 +110,11 @@ pub trait Board<const N: usize, const WORDS: usize>: Sized {
     /// Feeds the watchdog, which bites four seconds after the last feed.
     fn feed(&mut self) {}
 
+    /// Has the board try itself after the next restart, and returns true; false on a board that cannot.
+    fn self_test(&mut self) -> bool {
+        false
+    }
+
     /// The CRC-32 of the program in flash; 0 if unknown.
     fn program() -> u32 {
         0

@@ -682,6 +682,10 @@ impl Knows {
             (Command::Reboot, said) => {
                 assert!(matches!(said, None | Some(Ok(_))) && *heard == Some(End::Reboot));
             }
+            // This board cannot try itself.
+            (Command::SelfTest, said) => {
+                assert!(matches!(said, None | Some(Err(Refusal::Unknown))) && heard.is_none());
+            }
             (Command::Save, said) => match said {
                 Some(Ok(_)) => self.kept = vec![Some(body.to_vec())],
                 Some(Err(Refusal::Often)) => {}

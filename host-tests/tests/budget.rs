@@ -3,8 +3,6 @@
 use host_tests::{prepare_images, prepare_packages};
 use picket_dsp::Effort;
 use picket_dsp::acquire::sample::{Iq, Real, Record};
-use picket_host::board::self_test;
-use picket_host::emulator::Footprint;
 use picket_host::toolchain::{Profile, Target};
 use picket_lab::bench::model::Model;
 use picket_lab::bench::{
@@ -48,8 +46,6 @@ struct Budgets {
     /// Bytes of program memory of the image that measures one tone, for size and for speed, and of the image without verdicts, for size, by
     /// core: start-up, code and tables.
     single_images: BTreeMap<String, [u64; 3]>,
-    /// Bytes of program memory and of RAM of the board's self-test.
-    self_test_image: [u64; 2],
 }
 
 /// Instructions and modelled cycles by length and effort.
@@ -380,22 +376,6 @@ fn the_smallest_images_keep_their_sizes() {
     prepare_packages();
     for (name, &allowed) in &budgets.single_images {
         excess.check_single_images(core(name), allowed);
-    }
-    assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
-}
-
-#[test]
-fn the_self_test_keeps_its_size() {
-    let (budgets, mut excess) = (budgets(), Excess::default());
-    let image = self_test().unwrap_or_else(|error| panic!("{error}"));
-    let Footprint { flash, ram } = Footprint::from_elf(&image).unwrap();
-    for (what, spent, allowed) in ["flash", "RAM"]
-        .into_iter()
-        .zip([flash, ram])
-        .zip(budgets.self_test_image)
-        .map(|((w, s), a)| (w, s, a))
-    {
-        excess.check(&format!("self-test, bytes of {what}"), spent, allowed);
     }
     assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
 }

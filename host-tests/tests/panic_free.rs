@@ -93,13 +93,6 @@ fn the_picos_image_cannot_panic() {
     }
 }
 
-#[test]
-fn the_boards_self_test_cannot_panic() {
-    if let Err(error) = link("self_test_nucleo", Target::M4f, Profile::Size, &["self-test"]) {
-        panic!("{error}\n{error:?}");
-    }
-}
-
 /// The proof can fail: a panic that can be reached, though only by a capture of a million blocks, is
 /// found.
 #[test]

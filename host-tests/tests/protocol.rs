@@ -63,7 +63,7 @@ fn settings(rng: &mut impl RngExt) -> Settings {
 }
 
 fn request(rng: &mut impl RngExt) -> Request {
-    let command = match rng.random_range(0..10) {
+    let command = match rng.random_range(0..11) {
         0 => Command::Identify,
         1 => Command::Start,
         2 => Command::Stop,
@@ -73,6 +73,7 @@ fn request(rng: &mut impl RngExt) -> Request {
         6 => Command::Capture(rng.random()),
         7 => Command::Reset,
         8 => Command::Status,
+        9 => Command::SelfTest,
         _ => Command::Reboot,
     };
     Request { tag: rng.random(), command }

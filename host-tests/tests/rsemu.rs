@@ -13,6 +13,8 @@ mod chirps;
 mod latency;
 #[path = "rsemu/line.rs"]
 mod line;
+#[path = "rsemu/logs.rs"]
+mod logs;
 #[path = "rsemu/saves.rs"]
 mod saves;
 #[path = "rsemu/self_test.rs"]

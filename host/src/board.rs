@@ -29,12 +29,6 @@ pub fn image(played: bool, brown_out: bool) -> Result<PathBuf, toolchain::ToolEr
     Firmware { bin: IMAGE, target, features, profile }.build()
 }
 
-/// The image that goes through the board's list by itself.
-pub fn self_test() -> Result<PathBuf, toolchain::ToolError> {
-    let (target, profile) = (Target::M4f, Profile::Size);
-    Firmware { bin: "self_test_nucleo", target, features: &["self-test"], profile }.build()
-}
-
 /// Addresses of what is played; see `board::nucleo_f446re::PLAYED`.
 mod at {
     pub const LISR: u32 = 0x2001_F000;

@@ -128,7 +128,7 @@ fn settings_go_round() {
 /// The board goes through its list, and a person gets it to paste into a report.
 #[test]
 fn the_self_test_prints_its_list() {
-    let mut board = Emulated::plug_with(board::self_test());
+    let mut board = Emulated::plug();
     let (mut ours, theirs) = TTYPort::pair().unwrap();
     ours.set_timeout(Duration::from_millis(1)).unwrap();
     let name = theirs.name().unwrap();
@@ -137,23 +137,26 @@ fn the_self_test_prints_its_list() {
     let mut sectors = board::Sectors::new();
     sectors.save(&saved);
     board.load(&sectors);
-    for order in ["erase 150", "input 0 dac", "oscillator 1", "power"] {
+    for order in ["erase 150", "input 0 dac", "oscillator 1"] {
         board.order(order);
     }
-    let arguments = ["flash", "--self-test", "--listen", &name, "--quick"];
-    let listened = picket(&mut board, &mut ours, &arguments, 240);
+    let (mut board, _) = board.power();
+    let report = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("doctor-self-test.json");
+    let file = report.to_str().unwrap();
+    let arguments = ["doctor", &name, "--self-test", "--quick", "--emulated", "--seconds", "2"];
+    let arguments = [&arguments[..], &["--report", file, "--force"]].concat();
+    let listened = picket(&mut board, &mut ours, &arguments, 500);
     let (out, err) =
         (String::from_utf8(listened.stdout).unwrap(), String::from_utf8(listened.stderr).unwrap());
     println!("{out}{err}");
-    assert!(listened.status.success(), "{err}");
-    let lines: Vec<&str> = out.lines().collect();
-    assert!(lines[0].starts_with("picket self-test ") && lines[0].ends_with("started by power"));
-    assert_eq!(lines[1], "- [x] the program is the one that was built here");
-    for (line, wanted) in lines[2..].iter().zip([
+    let (_, list) = out.split_once("picket self-test ").unwrap_or_else(|| panic!("{out}{err}"));
+    let lines: Vec<&str> = list.lines().collect();
+    assert!(lines[0].ends_with("started by software"), "{}", lines[0]);
+    for (line, wanted) in lines[1..].iter().zip([
         "clock of 180 MHz from the crystal: the probe's 8 MHz are 8.000000 by it, the watchdog's 32 kHz 32.00",
         "clock of 144 MHz from the crystal",
         "option word 0fffaae1: a reset below 2.7 V is set",
-        "cycles of a block: transform ",
+        "cycles of a block: ",
         "noise at A0 at 180 MHz, codes: with prefetch 0.000, without 0.000, with ADCDC1 0.000",
         "noise at A0 at 144 MHz, codes: with prefetch 0.000, without 0.000, with ADCDC1 0.000, with ADCxDC2 0.000",
         "500 kS/s: 8 blocks, 0 lost, 0 faults",
@@ -169,10 +172,16 @@ fn the_self_test_prints_its_list() {
     ]) {
         assert!(line.starts_with(&format!("- [x] {wanted}")), "{wanted}: {line}");
     }
-    assert_eq!(lines[18], "result: 16 of 16 hold");
-    assert_eq!(lines.len(), 19);
+    let stack: u32 = lines[16].split(' ').find_map(|word| word.parse().ok()).unwrap();
+    assert!((4_000..30_000).contains(&stack), "{}", lines[16]);
+    assert_eq!(lines[17], "result: 16 of 16 hold");
+    assert_eq!(lines.len(), 18);
+    let written = fs::read_to_string(report.with_extension("txt")).unwrap();
+    assert!(lines.iter().skip(1).all(|line| written.contains(line)), "{written}");
     assert_eq!(board.resets.iter().filter(|(_, cause)| cause == "watchdog").count(), 1);
     assert_eq!(board.sectors().settings().map(|settings| settings.report_every), Some(7));
+    // It is an instrument again.
+    assert!(board.boot().measuring);
     board.assert_rules();
 }
 

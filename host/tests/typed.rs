@@ -21,7 +21,7 @@ const LEFT_OUT: [(&str, &str); 17] = [
         "cargo picket flash --dry-run",
         "tests/device.rs builds the image; host-tests compares its sizes",
     ),
-    ("cargo picket doctor /dev/", "there is no board; tests/line.rs asks emulated ones"),
+    ("cargo picket doctor", "there is no board; tests/line.rs asks emulated ones"),
     ("cargo picket watch /dev/", "there is no board; tests/device.rs plays one"),
     ("cargo picket calibrate /dev/", "there is no board; tests/calibrate.rs plays one"),
     ("cargo picket flash", "it would write to a board"),

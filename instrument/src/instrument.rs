@@ -453,6 +453,13 @@ where
                 self.send(port, &answer.reply(&[]));
                 return Ok(Some(End::Reboot));
             }
+            Command::SelfTest => {
+                if !port.self_test() {
+                    return Err(Refusal::Unknown);
+                }
+                self.send(port, &answer.reply(&[]));
+                return Ok(Some(End::Reboot));
+            }
             Command::Save => {
                 self.save(port, &settings)?;
                 self.send(port, &answer.reply(&[]));

@@ -157,7 +157,8 @@ impl<M: Idle, Q: Idle> Meters<M, Q> {
     pub const IDLE: Self = Self(Either::IDLE);
 
     /// Makes the meter one for checked settings.
-    pub(crate) fn set<const N: usize>(&mut self, plan: &super::plan::Plan<N>)
+    #[inline(never)] // once in an image, not in each place that sets
+    pub fn set<const N: usize>(&mut self, plan: &super::plan::Plan<N>)
     where
         M: Meter<Real, N>,
         Q: Meter<Iq, N>,
@@ -178,6 +179,7 @@ impl<M: Idle, Q: Idle> Meters<M, Q> {
     }
 
     /// Measures a block without its guard.
+    #[inline(never)] // once in an image, not in each place that measures
     pub fn block<const N: usize, const WORDS: usize>(
         &mut self,
         block: &mut Block<Slot<WORDS>>,

@@ -83,6 +83,11 @@ pub trait Port<const N: usize, const SLOT: usize> {
     /// Feeds the watchdog, which bites four seconds after the last feed.
     fn feed(&mut self) {}
 
+    /// Has the board try itself after the next restart, and returns true; false on a board that cannot.
+    fn self_test(&mut self) -> bool {
+        false
+    }
+
     /// Reports that the instrument has run for this many seconds. Called once a second.
     fn lives(&mut self, _: u32) {}
 

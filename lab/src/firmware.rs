@@ -39,10 +39,11 @@ const BOARDS: [Images; 3] = [
 ];
 
 /// The images for each core, with the board's feature. The M0's benchmark runs on the M3's board.
-const IMAGES: [Images; 10] = [
+const IMAGES: [Images; 11] = [
     (Target::M0, &["bench"], &["mps2"]),
     (Target::M0, &["frontend_pico"], &["pico"]),
     (Target::M0, &["frontend_pico"], &["usb"]),
+    (Target::M0, &["frontend_pico"], &["usb", "defmt"]),
     (Target::M3, &["bench", "bench_locked", "core_check"], &["mps2"]),
     (
         Target::M4f,
@@ -50,8 +51,8 @@ const IMAGES: [Images; 10] = [
         &["mps2"],
     ),
     (Target::M4f, &["frontend_nucleo"], &["nucleo"]),
+    (Target::M4f, &["frontend_nucleo"], &["nucleo", "defmt"]),
     (Target::M4f, &["frontend_nucleo"], &["brown-out"]),
-    (Target::M4f, &["self_test_nucleo"], &["self-test"]),
     (Target::M33, &["bench", "core_check", "frontend_qemu", "tracker_qemu"], &["mps2"]),
     (
         Target::M55,

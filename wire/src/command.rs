@@ -40,6 +40,8 @@ pub enum Command {
     Reboot,
     /// Asks for the status; answered, and a [`super::status::Status`] follows.
     Status,
+    /// Restart and try the board, which reports in lines of text and then starts as from power-on. A board that cannot refuses it as unknown.
+    SelfTest,
 }
 
 /// Why a command was refused.
@@ -134,6 +136,7 @@ impl Command {
             Command::Reset => 8,
             Command::Reboot => 9,
             Command::Status => 10,
+            Command::SelfTest => 11,
         }
     }
 }
@@ -180,6 +183,7 @@ impl Request {
             (8, []) => Command::Reset,
             (9, []) => Command::Reboot,
             (10, []) => Command::Status,
+            (11, []) => Command::SelfTest,
             _ => return unknown,
         };
         Ok(Request { tag, command })

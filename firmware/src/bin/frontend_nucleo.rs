@@ -7,13 +7,16 @@ use cortex_m_rt::entry;
 use picket_dsp::acquire::sample::{Iq, Real};
 use picket_firmware::instrument::Instrument;
 use picket_firmware::instrument::meter::Every;
-use picket_firmware::nucleo_f446re::{N, Nucleo, SLOT};
+use picket_firmware::nucleo_f446re::{N, Nucleo, SLOT, self_test};
 
 picket_firmware::nucleo_vectors!();
 
 #[entry]
 fn main() -> ! {
     let meters = picket_firmware::meters!(Every<Real, N>, Every<Iq, N>);
+    if self_test::due() {
+        self_test::run(meters);
+    }
     match Instrument::<Nucleo, N, SLOT, _, _>::start(meters) {
         Some(instrument) => instrument.run(),
         // Memory is taken only once, here, so this case cannot happen; if it did, the watchdog would restart the chip.

@@ -54,17 +54,19 @@ unsafe extern "C" fn hard_fault(frame: *const u32) -> ! {
         // The core may not have been able to stack anything.
         end(LastEnd { kind: 5, pc: 0, more: [place as u32, 0] })
     }
-    // The configurable faults' status (CFSR).
-    const CFSR: *const u32 = 0xE000_ED28 as *const u32;
-    // SAFETY: the caller guarantees the frame, in which lr is word 5 and pc word 6; the register
-    // always exists.
-    let [lr, pc, cfsr] =
-        unsafe { [read_volatile(frame.add(5)), read_volatile(frame.add(6)), read_volatile(CFSR)] };
+    // SAFETY: the caller guarantees the frame, in which lr is word 5 and pc word 6.
+    let [lr, pc] = unsafe { [read_volatile(frame.add(5)), read_volatile(frame.add(6))] };
+    // The configurable faults' status, which Armv6-M does not have.
+    #[cfg(short_products)]
+    let cfsr = 0;
+    #[cfg(not(short_products))]
+    // SAFETY: the system control block is always there, and reading CFSR changes nothing.
+    let cfsr = unsafe { (*SCB::PTR).cfsr.read() };
     end(LastEnd { kind: 1, pc, more: [lr, cfsr] })
 }
 
-/// Restarts the board, which then reports the line: the crates for USB hold panics.
-#[cfg(feature = "usb")]
+/// Restarts the board, which then reports the line: the crates for USB and for logs hold panics.
+#[cfg(any(feature = "usb", feature = "defmt"))]
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo) -> ! {
     let line = info.location().map_or(0, |location| location.line());
@@ -73,7 +75,7 @@ fn panic(info: &core::panic::PanicInfo) -> ! {
 
 /// Calls a function that does not exist. The image links only if the optimiser finds no way to a
 /// panic.
-#[cfg(not(feature = "usb"))]
+#[cfg(not(any(feature = "usb", feature = "defmt")))]
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
     unsafe extern "C" {

@@ -5,6 +5,8 @@ pub mod checksum;
 pub mod fault;
 #[cfg(all(target_os = "none", feature = "instrument"))]
 pub mod handover;
+#[cfg(all(target_os = "none", feature = "defmt"))]
+mod log;
 #[cfg(all(target_os = "none", feature = "instrument"))]
 pub mod meter;
 #[cfg(all(target_os = "none", feature = "instrument"))]

@@ -103,6 +103,10 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Port<N, SLOT> for Wir
         self.board.feed();
     }
 
+    fn self_test(&mut self) -> bool {
+        self.board.self_test()
+    }
+
     fn lives(&mut self, seconds: u32) {
         handover::lives(self.crashes, seconds);
     }
@@ -140,6 +144,8 @@ where
         let storage = B::Storage::default();
         let mut start = Start::new::<N>(left, &storage, crashes);
         let board = B::start(&start.settings)?;
+        #[cfg(feature = "defmt")]
+        super::log::start(&board, causes, &last);
         (start.causes, start.last, start.saves, start.program) =
             (causes, last, saves, B::program());
         let mut wired = Wired { board, storage, blocks: None, stack: Stack::unknown(), crashes };
@@ -149,13 +155,19 @@ where
             wired.blocks = wired.board.sample(inner.plan(), &words);
         }
         let measuring = wired.blocks.is_some();
+        #[cfg(feature = "defmt")]
+        super::log::settings(&inner.plan().settings, measuring);
         inner.begin(&mut wired, measuring);
         Some(Self { wired, inner })
     }
 
     /// Runs until a reset.
     pub fn run(mut self) -> ! {
+        #[cfg(feature = "defmt")]
+        let mut losses = super::log::Losses::default();
         loop {
+            #[cfg(feature = "defmt")]
+            losses.look(&self.wired.board);
             for _ in 0..HEARD {
                 let Some(byte) = self.wired.board.receive() else { break };
                 if let Some(end) = self.inner.on_byte(&mut self.wired, byte) {
@@ -182,6 +194,8 @@ where
 
     /// Starts the next program by a reset, once the last answer is out.
     fn end(&mut self, end: End) -> ! {
+        #[cfg(feature = "defmt")]
+        super::log::end(&end);
         self.wired.board.flush();
         let settings = match end {
             End::Restart(settings) => Some(words(&settings, N)),

@@ -4,7 +4,7 @@ use super::serial::Serial;
 use super::storage::{self, Flash};
 use super::words::Words;
 use super::words::clock::{Speed, Tree};
-use super::{N, SLOT, chirp, converter, start};
+use super::{N, SLOT, chirp, converter, self_test, start};
 use crate::board::Board;
 use crate::fence;
 use crate::instrument::clock;
@@ -33,6 +33,7 @@ impl Board<N, SLOT> for Nucleo {
         start::causes()
     }
 
+    #[inline(never)] // once in an image, not for the self-test, too
     fn start(settings: &Settings) -> Option<Self> {
         fence::raise();
         start::buses();
@@ -126,6 +127,11 @@ impl Board<N, SLOT> for Nucleo {
 
     fn feed(&mut self) {
         start::feed();
+    }
+
+    fn self_test(&mut self) -> bool {
+        self_test::mark();
+        true
     }
 
     fn program() -> u32 {

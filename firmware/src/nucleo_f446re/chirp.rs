@@ -32,6 +32,12 @@ static REST: AtomicU16 = AtomicU16::new(0);
 static FIRST: AtomicU16 = AtomicU16::new(0);
 static LENGTH: AtomicU16 = AtomicU16::new(0);
 
+/// The memory of the DAC's table; `None` at the second call.
+pub fn table() -> Option<&'static mut [u16; STEPS]> {
+    static TABLE: ConstStaticCell<[u16; STEPS]> = ConstStaticCell::new([0; STEPS]);
+    TABLE.try_take()
+}
+
 /// Sets up the timers and the source of the chirp; [`run`] starts them. Returns false if the
 /// synthesiser does not respond on its bus.
 pub fn set_up(plan: &Plan<N>, words: &Words) -> bool {
@@ -49,8 +55,7 @@ pub fn set_up(plan: &Plan<N>, words: &Words) -> bool {
         mark(segments, plan.length);
     }
     if let Some(wave) = &words.waveform {
-        static TABLE: ConstStaticCell<[u16; STEPS]> = ConstStaticCell::new([0; STEPS]);
-        if let Some(table) = TABLE.try_take() {
+        if let Some(table) = table() {
             play(wave.code(0), wave.fill(table), wave.hold);
         }
     }

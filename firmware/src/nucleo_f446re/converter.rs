@@ -208,6 +208,7 @@ pub fn counters() -> Counters {
 
 /// Sets up converters and stream, and starts them. Returns the main loop's end; `None` at the
 /// second call.
+#[inline(never)] // once in an image, not for the self-test, too
 pub fn start(plan: &Plan<N>, words: &Words, tree: &Tree) -> Option<Blocks<'static, Slot>> {
     static MEMORY: [ConstStaticCell<Memory>; SLOTS] =
         [const { ConstStaticCell::new([0; SLOT]) }; SLOTS];

@@ -1,21 +1,15 @@
 //! Measures clocks by each other, see [`words::gauge`](super::words::gauge).
 
-use super::registers::{clear, put, pwr, rcc, set, tim5, tim11, wait};
+use super::registers::{clear, enable, put, pwr, rcc, set, tim5, tim11, wait};
+use super::words::clock::HSE_HZ;
 use super::words::gauge::{
-    APB2, EIGHTH, START_CAPTURES, TIM5_CAPTURE, TIM5_ENABLE, TIM5_INPUT, TIM5_INTERRUPT,
-    TIM11_CAPTURE, TIM11_ENABLE, TIM11_INPUT, period_fits, probe_fits,
-};
-#[cfg(feature = "self-test")]
-use super::{
-    registers::enable,
-    words::{
-        clock::HSE_HZ,
-        gauge::{PROBE_CAPTURES, WATCHDOG_CAPTURES, hz},
-    },
+    APB2, EIGHTH, PROBE_CAPTURES, START_CAPTURES, TIM5_CAPTURE, TIM5_ENABLE, TIM5_INPUT,
+    TIM5_INTERRUPT, TIM11_CAPTURE, TIM11_ENABLE, TIM11_INPUT, WATCHDOG_CAPTURES, hz, period_fits,
+    probe_fits,
 };
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
-#[cfg(feature = "self-test")]
-use {cortex_m::peripheral::NVIC, stm32f4::stm32f446 as pac};
+use cortex_m::peripheral::NVIC;
+use stm32f4::stm32f446 as pac;
 
 /// Chooses the probe's clock for the RTC, which nothing else uses: the manual does not say whether its divided clock reaches TIM11 without.
 /// A choice that another program made stays, until the supply of VBAT has gone.
@@ -122,7 +116,6 @@ pub fn changed(timer_hz: u32) -> bool {
 }
 
 /// The probe's clock in hertz, by a core of `core_hz`; `None` if it does not come. It takes 8 ms.
-#[cfg(feature = "self-test")]
 pub fn probe_hz(core_hz: u32) -> Option<f64> {
     // TIM11 runs at the core's rate: its bus has half of that rate, and timers run at twice their bus.
     let ticks = probe_ticks(PROBE_CAPTURES)?;
@@ -131,7 +124,6 @@ pub fn probe_hz(core_hz: u32) -> Option<f64> {
 
 /// The watchdog's oscillator in hertz, by a timer of `timer_hz`; `None` if it does not come. It
 /// takes 16 ms, in which the core does not wake.
-#[cfg(feature = "self-test")]
 pub fn watchdog_hz(timer_hz: u32) -> Option<f64> {
     // A look would take captures away.
     NVIC::mask(pac::Interrupt::TIM5);
@@ -143,7 +135,6 @@ pub fn watchdog_hz(timer_hz: u32) -> Option<f64> {
 }
 
 /// Ticks of TIM5 in so many captures of the watchdog's oscillator; `None` if it does not come.
-#[cfg(feature = "self-test")]
 fn captured_ticks(captures: u32) -> Option<u32> {
     let timer = tim5();
     let next =

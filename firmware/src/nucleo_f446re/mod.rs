@@ -19,6 +19,8 @@ pub mod gauge;
 #[cfg(all(target_os = "none", feature = "nucleo"))]
 pub mod registers;
 #[cfg(all(target_os = "none", feature = "nucleo"))]
+pub mod self_test;
+#[cfg(all(target_os = "none", feature = "nucleo"))]
 pub mod serial;
 #[cfg(all(target_os = "none", feature = "nucleo"))]
 pub mod start;
@@ -36,9 +38,8 @@ use picket_wire::settings::GUARD;
 pub const N: usize = 1024;
 /// Words in a slot: an I/Q block with the guard before it.
 pub const SLOT: usize = N + GUARD as usize;
-/// Slots: as many as memory has room for beside sums and bursts. The settings say how many are in use. The self-test has its program in
-/// memory instead.
-pub const SLOTS: usize = if cfg!(feature = "self-test") { USUAL_SLOTS as usize } else { 12 };
+/// Slots: as many as memory has room for beside sums and bursts. The settings say how many are in use.
+pub const SLOTS: usize = 12;
 /// Slots in use unless the settings say otherwise: two that the stream fills in turn, one that is
 /// measured, and one that waits.
 pub const USUAL_SLOTS: u16 = 4;

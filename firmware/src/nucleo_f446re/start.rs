@@ -1,16 +1,13 @@
 //! From reset to running clock, pins and watchdog.
 
 use super::gauge;
-use super::registers::{clear, enable, flash, gpioa, gpiob, iwdg, put, pwr, rcc, set, tim5, wait};
+use super::registers::{
+    clear, enable, flash, gpioa, gpiob, iwdg, put, pwr, rcc, set, syscfg, tim5, wait,
+};
 use super::words::clock::{HSI_HZ, Source, Speed, Tree};
 use super::words::guard::{self, FEED, START, UNLOCK, WATCHDOG};
 use super::words::pins::{AHB1, APB1, APB2, PORT_A, PORT_B, Port};
-use super::words::quiet::Quiet;
-#[cfg(feature = "self-test")]
-use super::{
-    registers::syscfg,
-    words::quiet::{ADCDC1, PREFETCH},
-};
+use super::words::quiet::{ADCDC1, PREFETCH, Quiet};
 use crate::instrument::fault;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use picket_wire::boot::{Causes, LastEnd};
@@ -87,7 +84,6 @@ fn multiplied(tree: &Tree) -> bool {
 }
 
 /// Takes a measure against the chip's noise, in place of the one before.
-#[cfg(feature = "self-test")]
 pub fn quiet(quiet: Quiet) {
     // Bits that exclude the new bits are cleared first, and bits that require flash without read-ahead are set last.
     clear!(pwr().cr(), ADCDC1);

@@ -39,12 +39,6 @@ pub fn built(
     place.get_or_init(|| in_flash(build()))
 }
 
-/// The self-test.
-pub fn self_test() -> &'static Path {
-    static IMAGE: OnceLock<PathBuf> = OnceLock::new();
-    built(&IMAGE, board::self_test)
-}
-
 /// A built image as it lies in flash.
 fn in_flash(elf: Result<PathBuf, ToolError>) -> PathBuf {
     let elf = elf.unwrap_or_else(|error| panic!("{error}"));

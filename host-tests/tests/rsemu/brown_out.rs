@@ -1,6 +1,7 @@
 //! The option bytes of a chip as it comes from the factory: only the image that is built for it writes them.
 
-use crate::board::{Emulated, built, image, self_test};
+use crate::board::{Emulated, built, image};
+use crate::self_test;
 use picket_host::board::image as build;
 use picket_wire::boot::{Boot, Clock};
 use std::path::Path;
@@ -52,18 +53,10 @@ fn the_image_that_is_built_for_it_sets_the_level_once() {
 /// The self-test tells the word, and writes none.
 #[test]
 fn the_self_test_tells_a_level_that_is_not_set() {
-    let mut board = first(self_test());
+    let mut board = first(image());
     board.order("oscillator 1");
-    board.order("power");
-    let told = loop {
-        board.run(20_000);
-        let text = String::from_utf8_lossy(&board.sent).into_owned();
-        let line = text.lines().find(|line| line.contains("option word") && line.ends_with("it"));
-        if let Some(line) = line {
-            break line.trim().to_owned();
-        }
-        assert!(board.now < 2_000_000, "{text}");
-    };
+    let (mut board, _) = board.power();
+    let told = self_test::line(&mut board, "option word");
     let wanted = "- [x] option word 0fffaaed: a reset below 2.7 V is not set, picket flash --brown-out sets it";
     assert_eq!((told.as_str(), board.read(OPTCR)), (wanted, FACTORY));
 }

@@ -1,20 +1,26 @@
-//! The image that goes through the board's list by itself: what is wrong on the bench shows in it. The whole list, as a person
-//! gets it, is in `host/tests/line.rs`.
+//! The board tries itself: what is wrong on the bench shows in its list. The whole list, as a person gets it, is in `host/tests/line.rs`.
 
-use crate::board::{Emulated, self_test};
+use crate::board::Emulated;
+use crate::settings::tone;
 use host_tests::sized;
+use picket_wire::boot::Origin;
+use picket_wire::command::{Command, Request};
+use picket_wire::settings::Settings;
 
-/// A board that goes through its list from power-on, until a line has `word`: that line.
-fn line(orders: &[&str], word: &str) -> String {
-    let mut board = Emulated::plug_with(self_test());
+/// A board on a bench, after these orders and with power.
+fn on_bench(orders: &[&str]) -> Emulated {
+    let mut board = Emulated::plug();
     orders.iter().for_each(|order| drop(board.order(order)));
-    board.order("power");
-    while board.now < 2_000_000 {
+    board.power().0
+}
+
+/// Tells a board to try itself, until a line has `word`: that line.
+pub fn line(board: &mut Emulated, word: &str) -> String {
+    begin(board);
+    let end = board.now + 3_000_000;
+    while board.now < end {
         board.run(20_000);
         let text = String::from_utf8_lossy(&board.sent).into_owned();
-        if board.now == 100_000 {
-            board.hear(b"q");
-        }
         let whole = text.rsplit_once('\n').map_or("", |(whole, _)| whole);
         if let Some(line) = whole.lines().find(|line| line.contains(word)) {
             return line.trim().into();
@@ -23,9 +29,21 @@ fn line(orders: &[&str], word: &str) -> String {
     panic!("{word}: {}", String::from_utf8_lossy(&board.sent));
 }
 
+/// Gives the order, and shortens the list.
+fn begin(board: &mut Emulated) {
+    board.sent.clear();
+    board.hear(&Request { tag: 9, command: Command::SelfTest }.to_frame());
+    while !String::from_utf8_lossy(&board.sent).contains("picket self-test") {
+        board.run(5_000);
+        // It listens for a moment before the first line.
+        board.hear(b"q");
+        assert!(board.now < 3_000_000, "it does not begin");
+    }
+}
+
 #[test]
 fn a_broken_wire_is_seen() {
-    let line = line(&["input 0 none", "oscillator 1"], "500 kS/s");
+    let line = line(&mut on_bench(&["input 0 none", "oscillator 1"]), "500 kS/s");
     assert!(line.starts_with("- [ ] WRONG: 500 kS/s: 8 blocks, 0 lost, 0 faults"), "{line}");
     assert!(line.ends_with("good in 0"), "{line}");
 }
@@ -40,7 +58,18 @@ fn a_wrong_clock_is_seen() {
         ("lsi 10000", "the watchdog's 32 kHz 10.00"),
     ];
     for (order, told) in &wrong[..sized(2, 3) as usize] {
-        let line = line(&[order, "oscillator 1"], "clock of");
+        let line = line(&mut on_bench(&[order, "oscillator 1"]), "clock of");
         assert!(line.starts_with("- [ ] WRONG: ") && line.contains(told), "{order}: {line}");
     }
+}
+
+/// Without power in the middle of the list, the board is an instrument again, with its settings.
+#[test]
+fn power_ends_the_list() {
+    let saved = Settings { report_every: 7, ..tone(500e3) };
+    let (mut board, _) = Emulated::start(&saved);
+    begin(&mut board);
+    board.run(50_000);
+    let (_, boot) = board.power();
+    assert_eq!((boot.origin, boot.measuring), (Origin::Flash, true));
 }

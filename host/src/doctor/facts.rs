@@ -145,8 +145,7 @@ impl Ear<'_> {
         let facts = &mut self.facts;
         match said {
             Said::Boot(boot) => {
-                // The answer to a question is the same record again.
-                facts.starts += u32::from(facts.boot.is_some_and(|before| before != boot));
+                facts.starts += u32::from(facts.boot.is_some());
                 facts.boot = Some(boot);
             }
             Said::Status(status) => {
@@ -159,7 +158,10 @@ impl Ear<'_> {
                 }
                 facts.records.push(record);
             }
-            Said::Answer(_, Ok(body)) => {
+            Said::Answer(answer, Ok(body)) if answer.command == Command::Identify.number() => {
+                facts.boot = Boot::from_bytes(&body).ok().or(facts.boot);
+            }
+            Said::Answer(answer, Ok(body)) if answer.command == Command::GetSettings.number() => {
                 facts.settings = settings::from_answer(&body).or(facts.settings);
             }
             Said::Raw(raw) => {

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Everything that was seen.
-pub fn json(port: &str, facts: &Facts, checks: &[Check]) -> String {
+pub fn json(port: &str, facts: &Facts, checks: &[Check], list: &[String]) -> String {
     let parsed = |text: String| serde_json::from_str(&text).unwrap_or(Value::String(text));
     let when = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
     let checks: Vec<Value> = checks
@@ -43,11 +43,11 @@ pub fn json(port: &str, facts: &Facts, checks: &[Check]) -> String {
     let report = json!({
         "picket": env!("CARGO_PKG_VERSION"), "system": std::env::consts::OS, "machine": std::env::consts::ARCH,
         "unix_s": when, "port": port, "failure": facts.failure, "bytes": facts.bytes, "bad_frames": facts.bad,
-        "checks": checks, "boot": boot,
+        "checks": checks, "list": list, "boot": boot,
         "settings": facts.settings.as_ref().map(|(values, n)| parsed(settings::to_json(values, *n))),
         "statuses": statuses, "records": records, "block": facts.block,
     });
-    format!("{report:#}\n")
+    format!("{report}\n")
 }
 
 /// The list with what it is of.

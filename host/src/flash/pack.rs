@@ -13,10 +13,9 @@ use std::path::Path;
 const PAGE: &str = "FLASHING.txt";
 
 /// What each file is for.
-const FILES: [&str; 4] = [
+const FILES: [&str; 3] = [
     "NUCLEO-F446RE: the usual image",
     "NUCLEO-F446RE: sets the chip's brown-out level, once; otherwise the usual one",
-    "NUCLEO-F446RE: tests the board, with one wire from A2 to A0",
     "Raspberry Pi Pico",
 ];
 
@@ -25,7 +24,7 @@ pub fn pack(folder: &Path, output: Output) -> Result<String, FlashError> {
     output.check_folder(folder).map_err(FlashError::Folder)?;
     fs::create_dir_all(folder).map_err(io_error(folder.display()))?;
     let mut images = Vec::new();
-    for kind in [Kind::Usual, Kind::BrownOut, Kind::SelfTest] {
+    for kind in [Kind::Usual, Kind::BrownOut] {
         images.push(build(kind)?);
     }
     images.push(pico::flash::build()?);

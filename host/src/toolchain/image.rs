@@ -66,11 +66,11 @@ impl Firmware<'_> {
             command.args(["--config", &set]);
         }
         command.args(["--features", &self.features.join(",")]);
-        if ["frequency_only", "single", "self_test_nucleo"].contains(&self.bin) {
+        if ["frequency_only", "single"].contains(&self.bin) {
             // What a user who has nothing to choose builds.
             command.arg("--no-default-features");
         }
-        if self.features.contains(&"log") {
+        if ["log", "defmt"].iter().any(|logs| self.features.contains(logs)) {
             command.env("DEFMT_LOG", "info");
         }
         let what = format!("building {}", self.bin);

@@ -58,6 +58,7 @@ const fn told(command: &Command) -> &'static str {
         Command::Capture(_) => "--capture",
         Command::Reset => "--reset",
         Command::Reboot => "reboot",
+        Command::SelfTest => "--self-test",
     }
 }
 

@@ -87,6 +87,7 @@ impl Words {
     ///
     /// # Errors
     /// The settings cannot work on this board.
+    #[inline(never)] // once in an image, not in each place that plans
     pub fn plan<const N: usize>(
         settings: &Settings,
         tree: &Tree,

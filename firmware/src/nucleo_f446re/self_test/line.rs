@@ -12,6 +12,7 @@ impl Line {
     }
 
     /// Appends a text; a part that does not fit is left out.
+    #[inline(never)] // once, for all lines
     pub fn text(mut self, text: &str) -> Self {
         text.bytes().for_each(|byte| self.push(byte));
         self
@@ -23,6 +24,7 @@ impl Line {
     }
 
     /// Appends a number with this many decimals; a dash if it is NaN or too large.
+    #[inline(never)] // once, for all lines
     pub fn decimal(mut self, number: f64, decimals: u32) -> Self {
         let scale = 10_u64.saturating_pow(decimals);
         let scaled = libm::round(libm::fabs(number) * scale as f64);
@@ -40,6 +42,7 @@ impl Line {
     }
 
     /// Appends a word in hexadecimal.
+    #[inline(never)] // once, for all lines
     pub fn hex(mut self, word: u32) -> Self {
         for place in (0..8).rev() {
             let digit = (word >> (4 * place) & 15) as u8;
@@ -49,6 +52,7 @@ impl Line {
     }
 
     /// Appends at least this many decimal digits.
+    #[inline(never)] // once, for all lines
     fn digits(mut self, number: u64, least: u32) -> Self {
         for place in (0..20).rev() {
             let power = 10_u64.saturating_pow(place);

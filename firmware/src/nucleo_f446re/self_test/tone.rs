@@ -1,14 +1,13 @@
 //! A tone on the DAC, in step with the samples: its frequency in cycles per sample is exact.
 
-use picket_firmware::nucleo_f446re::chirp;
-use static_cell::ConstStaticCell;
+use crate::nucleo_f446re::chirp;
 
 /// Samples for which the DAC holds a code.
 pub const HOLD: usize = 2;
-/// Codes in the table, a prime: no two blocks begin alike.
-const CODES: usize = 5003;
-/// Cycles in the table: 24.7 bins of 1024.
-const CYCLES: usize = 241;
+/// Codes in the table, a prime: the 1021 blocks after one begin elsewhere in it.
+const CODES: usize = 1021;
+/// Cycles in the table: 24.6 bins of 1024.
+const CYCLES: usize = 49;
 
 /// The code in the middle.
 pub const MIDDLE: u16 = 2048;
@@ -34,8 +33,7 @@ fn noise(step: u32) -> f32 {
 
 /// Lets the DAC play the tone from the next start of the samples on.
 pub fn play() {
-    static TABLE: ConstStaticCell<[u16; CODES]> = ConstStaticCell::new([0; CODES]);
-    if let Some(table) = TABLE.try_take() {
+    if let Some(table) = chirp::table().and_then(|table| table.get_mut(..CODES)) {
         // The first code is already on the output when the table begins.
         table.iter_mut().enumerate().for_each(|(step, place)| *place = code(step + 1));
         chirp::play(code(0), table, HOLD as u16);

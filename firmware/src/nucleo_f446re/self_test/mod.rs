@@ -1,47 +1,54 @@
-//! The list of docs/board.md, tried by the board itself, with one wire from A2 to A0. The image prints each item as a line, ticked or not,
-//! to be pasted into a report.
+//! The board tries itself, item by item, with one wire from A2 to A0, where a host asks for it. It reports each item as a line of text, ticked
+//! or not, to be pasted into a report.
 //!
 //! Each item begins with a reset, as new settings of the instrument do, so it finds the board in the instrument's state. After the list's
-//! end any byte from the host begins the list again; the byte `q` during it shortens it to a moment at each rate.
-#![no_std]
-#![no_main]
+//! end the instrument starts again; the byte `q` shortens the list to a moment at each rate.
 
 mod items;
 mod line;
-mod stages;
 mod state;
 mod stream;
 mod tone;
 
-use cortex_m_rt::entry;
+use super::Nucleo;
+use crate::board::Board;
+use crate::instrument::handover::Handover;
+use crate::instrument::stack::Stack;
 use items::{Bench, ITEMS};
 use line::Line;
-use picket_firmware::board::Board;
-use picket_firmware::instrument::handover::Handover;
-use picket_firmware::instrument::stack::Stack;
-use picket_firmware::nucleo_f446re::Nucleo;
+use picket_dsp::acquire::sample::{Iq, Real};
+use picket_instrument::every::Every;
+use picket_instrument::meter::Meters;
 use picket_wire::boot::LastEnd;
 use picket_wire::settings::Settings;
 use state::State;
 
-picket_firmware::nucleo_vectors!();
+/// Has the next start begin the list.
+pub fn mark() {
+    State::default().save();
+}
 
-#[entry]
-fn main() -> ! {
+/// Whether this start belongs to the list.
+pub fn due() -> bool {
+    State::load().is_some()
+}
+
+/// Tries the list's next item, and ends by a reset.
+pub fn run(
+    meters: Option<&'static mut Meters<Every<Real, { super::N }>, Every<Iq, { super::N }>>>,
+) -> ! {
     let Handover { last, .. } = Handover::take();
     let causes = Nucleo::causes();
-    // Power and the button begin the list, a reset by program or watchdog goes on with it.
+    // Power and the button end the list, a reset by program or watchdog goes on with it.
     let goes_on = matches!(causes.message(), "software" | "watchdog");
-    let mut state = State::load().filter(|_| goes_on).unwrap_or_default();
+    let mut state = match State::load().filter(|_| goes_on) {
+        Some(state) => state,
+        None => leave(),
+    };
     let item = ITEMS.get(state.item as usize);
     let settings = Settings { core_mhz: item.map_or(0, |item| item.mhz), ..Settings::default() };
-    let Some(board) = Nucleo::start(&settings) else {
-        // Memory is taken only once, here, so this case cannot happen; if it did, the watchdog would restart the chip.
-        loop {
-            cortex_m::asm::nop();
-        }
-    };
-    let mut bench = Bench { board, state: &mut state, causes };
+    let (Some(board), Some(meters)) = (Nucleo::start(&settings), meters) else { leave() };
+    let mut bench = Bench { board, state: &mut state, meters, causes };
     if bench.state.item == 0 && !bench.state.begun {
         head(&mut bench);
     }
@@ -56,6 +63,12 @@ fn main() -> ! {
         None => end(&mut bench),
     }
     next(bench)
+}
+
+/// Starts the instrument.
+fn leave() -> ! {
+    State::forget();
+    Handover::default().leave()
 }
 
 /// Judges the last item after a reset: the item that starves the watchdog ends by a reset, and so do items that fail.
@@ -89,14 +102,16 @@ fn head(bench: &mut Bench) {
 }
 
 /// Reports an item's result, and counts it.
+#[inline(never)] // once, for all items
 fn tell(bench: &mut Bench, (holds, line): items::Outcome) {
     let [held, failed] = &mut bench.state.outcomes;
     *(if holds { held } else { failed }) += 1;
     say_bytes(bench, if holds { b"- [x] " } else { b"- [ ] WRONG: " });
     say(bench, &line);
-    bench.state.stack = bench.state.stack.max(Stack::unknown().high_water());
+    bench.state.stack = bench.state.stack.max(Stack::used());
 }
 
+#[inline(never)] // once, for all lines
 fn say(bench: &mut Bench, line: &Line) {
     say_bytes(bench, line.bytes());
     say_bytes(bench, b"\r\n");
@@ -108,41 +123,27 @@ fn say_bytes(bench: &mut Bench, bytes: &[u8]) {
     let _ = bench.board.send(bytes);
 }
 
-/// The last item, the sum, and a wait for the next list.
+/// The last item, and the sum.
 fn end(bench: &mut Bench) {
     let (stack, room) = (bench.state.stack, Stack::room());
     let line = Line::new("stack: ").number(stack).text(" of ").number(room).text(" B");
     tell(bench, (stack > 0 && stack < room, line));
-    // Bytes sent during the list begin no other list.
-    while bench.board.receive().is_some() {}
     let [held, failed] = bench.state.outcomes;
     let line = Line::new("result: ").number(held).text(" of ").number(held + failed);
     say(bench, &line.text(" hold"));
-    loop {
-        if bench.board.receive().is_some() {
-            return;
-        }
-        bench.board.feed();
-        bench.board.sleep(None);
-    }
 }
 
-/// Resets the board, for the next item or for the list from its beginning.
+/// Resets the board, for the next item or for the instrument after the last one.
 fn next(mut bench: Bench) -> ! {
     let mut quick = false;
     while let Some(byte) = bench.board.receive() {
         quick |= byte == b'q';
     }
-    let state = match bench.state.item as usize >= ITEMS.len() {
-        true => State::default(),
-        false => State {
-            item: bench.state.item + 1,
-            begun: false,
-            quick: bench.state.quick || quick,
-            ..*bench.state
-        },
-    };
-    state.save();
     bench.board.flush();
+    if bench.state.item as usize >= ITEMS.len() {
+        leave()
+    }
+    let quick = bench.state.quick || quick;
+    State { item: bench.state.item + 1, begun: false, quick, ..*bench.state }.save();
     Handover::default().leave()
 }

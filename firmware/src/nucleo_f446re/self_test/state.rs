@@ -1,6 +1,6 @@
 //! The progress of the list: each of its items begins with a reset.
 
-use picket_firmware::instrument::retained::Retained;
+use crate::instrument::retained::Retained;
 
 /// The state that one item leaves to the next.
 #[derive(Clone, Copy, Default)]
@@ -28,6 +28,11 @@ const LENGTH: usize = 9;
 static KEPT: Retained<LENGTH> = Retained::new();
 
 impl State {
+    /// Leaves nothing: the next start is the instrument's.
+    pub fn forget() {
+        KEPT.keep(&[0; LENGTH]);
+    }
+
     /// The state that the last item left; `None` after power-on.
     pub fn load() -> Option<Self> {
         let words = KEPT.words();

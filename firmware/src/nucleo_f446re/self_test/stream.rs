@@ -1,14 +1,12 @@
 //! Blocks in the instrument's way, and counts over them.
 
-use crate::items::Bench;
+use super::items::Bench;
+use crate::board::Board;
+use crate::nucleo_f446re::{N, SLOT};
+use cortex_m::peripheral::DWT;
 use picket_dsp::acquire::sample::{Real, Stamp};
-use picket_dsp::pipeline::Pipeline;
-use picket_dsp::plan::{EitherPlan, Plan};
 use picket_dsp::tone::Verdict;
-use picket_firmware::board::Board;
-use picket_firmware::nucleo_f446re::N;
 use picket_wire::settings::Settings;
-use static_cell::ConstStaticCell;
 
 /// The results of the blocks.
 #[derive(Default)]
@@ -36,21 +34,27 @@ pub struct Found {
 const SECONDS: u32 = 10;
 pub const MOMENT: u32 = 8;
 
+/// Starts the core's counter of cycles.
+fn count_cycles() {
+    // SAFETY: nothing else uses the debugger's registers.
+    let mut core = unsafe { cortex_m::Peripherals::steal() };
+    core.DCB.enable_trace();
+    core.DWT.enable_cycle_counter();
+}
+
 /// Measures blocks by these settings, only `moment` of them in a quick test; `None` if the board does not start. `deviation` judges each
-/// block.
+/// block, whose measurement took so many cycles.
+#[inline(never)] // once, for all items
 pub fn stream(
     bench: &mut Bench,
     settings: &Settings,
     moment: u32,
-    mut deviation: impl FnMut(&Stamp, &[i16; N]) -> u32,
+    deviation: &mut dyn FnMut(&Stamp, &[i16; N], u32) -> u32,
 ) -> Option<Found> {
-    static PIPELINE: ConstStaticCell<Pipeline<Real, N>> =
-        ConstStaticCell::new(Pipeline::new(Plan::IDLE));
-    let pipeline = PIPELINE.try_take()?;
-    let board = &mut bench.board;
+    let Bench { board, meters, .. } = bench;
     let (plan, words) = board.plan(settings).ok()?;
-    let EitherPlan::Real(terms) = plan.plan else { return None };
-    pipeline.set_plan(terms);
+    meters.set(&plan);
+    count_cycles();
     let rate_hz = plan.settings.config.rate_hz;
     let ticks_hz = f64::from(board.ticks_hz());
     let block_ticks = (f64::from(plan.length) / rate_hz * ticks_hz) as u32;
@@ -64,7 +68,7 @@ pub fn stream(
     let mut last = begun;
     while found.blocks < wanted {
         let now = board.ticks();
-        let Some(block) = blocks.receive() else {
+        let Some(mut block) = blocks.receive() else {
             // Two blocks' time and a tenth of a second: the stream hangs.
             idle = idle.saturating_add(now.wrapping_sub(last));
             last = now;
@@ -76,16 +80,19 @@ pub fn stream(
             continue;
         };
         (idle, last) = (0, now);
-        let samples = block.slot.samples::<Real, N>(plan.settings.guard);
-        let tone = pipeline.block(&block.stamp, samples).tone;
-        found.worst = found.worst.max(deviation(&block.stamp, samples));
+        let guard = plan.settings.guard;
+        let before = DWT::cycle_count();
+        let tone = meters.block::<N, SLOT>(&mut block, guard).tone;
+        let cycles = DWT::cycle_count().wrapping_sub(before);
+        let samples = block.slot.samples::<Real, N>(guard);
+        found.worst = found.worst.max(deviation(&block.stamp, samples, cycles));
         found.peak = found.peak.max(board.ticks().wrapping_sub(now));
         blocks.release(block.slot);
         board.feed();
         found.blocks += 1;
         found.good += u32::from(tone.verdict == Verdict::Good);
         (found.hertz, found.sigma) = (tone.hertz(), tone.sigma_hertz());
-        let error = (tone.frequency.cycles() - crate::tone::FREQUENCY) / f64::from(tone.sigma);
+        let error = (tone.frequency.cycles() - super::tone::FREQUENCY) / f64::from(tone.sigma);
         squares += error * error;
     }
     let passed = board.ticks().wrapping_sub(begun).max(1);
