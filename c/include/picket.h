@@ -41,7 +41,9 @@ enum {
     PICKET_ERROR_SAMPLES = 4,       /* another number of samples than the call's name says */
     PICKET_ERROR_CODES = 5,         /* fewer than 256 codes, or the low one not first */
     PICKET_ERROR_OPTION = 6,        /* an option without a meaning, or a reserved field that is not 0 */
-    PICKET_ERROR_NO_BLOCK = 7,      /* lines before any block */
+    PICKET_ERROR_NO_BLOCK = 7,      /* lines before any block, or targets of a frame that is not complete */
+    PICKET_ERROR_ROOM = 8,          /* fewer cells or numbers than the frame needs */
+    PICKET_ERROR_UNUSABLE = 9,      /* the tone may not be used for a calibration */
     PICKET_ERROR_RATE = 16,         /* the sample rate is not 1e-6 to 1e12 Hz */
     PICKET_ERROR_BAND = 17,         /* the band holds no bin, or its low end is not first */
     PICKET_ERROR_SCENE = 18,        /* a wavelength, bandwidth, duration, angle or curvature out of range */
@@ -49,7 +51,9 @@ enum {
     PICKET_ERROR_SCALE = 20,        /* range or velocity per cycle out of range */
     PICKET_ERROR_FALSE_ALARM = 21,  /* not above 0, or above 0.5 */
     PICKET_ERROR_FOLLOWING = 22,    /* rate or most out of range */
-    PICKET_ERROR_CONFIG = 23        /* anything else in a configuration */
+    PICKET_ERROR_CONFIG = 23,       /* anything else in a configuration */
+    PICKET_ERROR_FRAME = 24,        /* not 8, 16, ... 256 sawtooth chirps, or a period below the ramp */
+    PICKET_ERROR_LENGTH = 25        /* a record has 64, 128, ... 4096 samples */
 };
 /* A status in one line of English. Never NULL. */
 const char *picket_status_message(picket_status status);
@@ -205,6 +209,66 @@ typedef struct picket_counts {
     uint32_t longer; /* signals too long for a burst */
     uint32_t reserved;
 } picket_counts;
+
+/* A target of a frame of chirps. */
+typedef struct picket_frame_target {
+    picket_target target; /* in the middle of the frame; its candidates are aliases of the velocity */
+    picket_line line; /* its beat in the middle of the frame, as picket_range_by_phase takes it; its verdict is without the aliases */
+    float covariance; /* covariance of range and velocity, m^2/s */
+    float ln_chance; /* natural logarithm of the probability that noise alone shows such a target */
+} picket_frame_target;
+
+/* A range that agrees with a phase. */
+typedef struct picket_range_candidate {
+    double range_m; /* range */
+    double odds; /* its probability, 0 to 1 */
+} picket_range_candidate;
+
+/* A range by phase, or by frequency where the phase does not decide. */
+typedef struct picket_phase_range {
+    double range_m; /* by the phase if `sure`, else by the frequency */
+    double velocity_mps; /* positive when approaching; NaN if it is not known */
+    double by_frequency_m; /* the range by the frequency alone */
+    picket_range_candidate candidates[4]; /* ranges that agree with the phase, the most probable first */
+    float sigma_range_m; /* one standard deviation of the range by the noise */
+    float uncertainty_range_m; /* one standard deviation of the range by the noise and the calibration */
+    float sigma_velocity_mps; /* one standard deviation of the velocity */
+    float sigma_by_frequency_m; /* one standard deviation of the range by the frequency alone */
+    float sigma_by_phase_m; /* one standard deviation of each candidate by the noise */
+    float spacing_m; /* from one candidate to the next: half a wavelength */
+    float turn_odds; /* of the most probable candidate against all others together; sure from 10,000 on */
+    uint8_t sure; /* 1 if the range is the one by the phase */
+    uint8_t verdict; /* the most severe that applies */
+    uint8_t count; /* of the candidates */
+    uint8_t reserved;
+} picket_phase_range;
+
+/* The way of a target by the phase of its tone. */
+typedef struct picket_displacement {
+    double displacement_m; /* since the start; positive when the target went away */
+    float sigma_displacement_m; /* one standard deviation of it */
+    uint32_t start; /* the start from which it counts: displacements of different starts do not belong together */
+    uint8_t verdict; /* of the tone; unresolved where the whole turns are not sure */
+    uint8_t reserved[7];
+} picket_displacement;
+
+/* One source's part of an error, as a standard deviation of the answer. */
+typedef struct picket_part {
+    float range_m; /* of the range */
+    float velocity_mps; /* of the velocity */
+} picket_part;
+
+/* The parts of an answer's error, and all of it: one standard deviation by the law of JCGM 100. */
+typedef struct picket_budget {
+    picket_part uncertainty; /* all parts together */
+    picket_part noise; /* of the block's noise; a mean over blocks lessens this one alone */
+    picket_part clock; /* of the sample clock */
+    picket_part carrier; /* of the carrier */
+    picket_part slope; /* of the sweep's slope */
+    picket_part angle; /* of the angle between beam and motion */
+    picket_part range_offset; /* of the range's offset */
+    picket_part phase; /* of the phase of a target at 0 m */
+} picket_budget;
 /* end */
 const char *picket_validation_name(uint8_t validation); /* "valid", "two-particles"; never NULL */
 
@@ -286,6 +350,35 @@ typedef struct picket_trigger {
     uint32_t reserved;
 } picket_trigger;
 
+/* A frame of sawtooth chirps. */
+typedef struct picket_framing {
+    double period_s; /* from one chirp to the next, s */
+    double false_alarm; /* probability for each frame that noise alone shows a target; 0 is 1e-6 */
+    uint32_t chirps; /* 8, 16, ... 256 */
+    int16_t first_bin; /* the bins that are kept of each chirp; both 0: all that have a range */
+    int16_t last_bin; /* the bins that are kept of each chirp; both 0: all that have a range */
+} picket_framing;
+
+/* What a measurement at a known distance tells of a sensor. Zeros are a perfect sensor. */
+typedef struct picket_calibration {
+    float phase_rad; /* the phase of a target at 0 m on the rising ramp */
+    float sigma_phase_rad; /* one standard deviation of it */
+    float offset_m; /* what the frequency shows of a target at 0 m */
+    float sigma_offset_m; /* one standard deviation of it */
+    float slope_ppm; /* the sweep's true slope over the stated one less 1, parts per million */
+    float sigma_slope_ppm; /* one standard deviation of it */
+} picket_calibration;
+
+/* What is not known of a sensor, each as one standard deviation. Zeros are known. */
+typedef struct picket_uncertainty {
+    float clock_ppm; /* of the sample clock, parts per million */
+    float carrier_ppm; /* of the carrier, parts per million */
+    float slope_ppm; /* of the sweep's slope, parts per million */
+    float angle_rad; /* of the angle between beam and motion */
+    float range_offset_m; /* of the range's offset */
+    float phase_rad; /* of the phase of a target at 0 m: for ranges by phase */
+} picket_uncertainty;
+
 /* Where and when a block was taken. */
 typedef struct picket_stamp {
     uint64_t clock; /* samples since the start */
@@ -305,6 +398,69 @@ enum {
 /* ---- The calls ---- */
 
 /*
+ * Frames of 8 to 256 sawtooth chirps: several targets with range and velocity, also those that no single chirp shows.
+ *
+ * picket_frame_cells      the cells of 4 bytes that a frame needs: bins that are kept times chirps. `n` is the samples of a chirp's record;
+ *                         `iq` is 1 for I/Q records. `scene` is a chirp whose shape is PICKET_SAWTOOTH.
+ * picket_frame_init       begins a frame in so many cells, which are its own as long as it is used.
+ * KIND_block and KIND_frame_push   take each chirp in turn. A chirp after the last begins a new frame.
+ * picket_frame_clear      begins anew, as after a gap.
+ * picket_frame_targets    the targets of the complete frame, at most `room` and 8, the strongest first. `still` is what picket_frame_background
+ *                         wrote of a frame without targets, or NULL. It takes 20 KB of stack.
+ * picket_frame_background what stands still, a pair of floats for each kept bin, and its share of the power; `room` counts pairs.
+ */
+typedef struct picket_frame {
+    uint64_t state[256 / 8];
+} picket_frame;
+size_t picket_frame_size(void);
+picket_status picket_frame_cells(const picket_config *config, const picket_scene *scene, const picket_framing *framing,
+                                 size_t n, uint8_t iq, size_t *cells);
+picket_status picket_frame_init(picket_frame *frame, const picket_config *config, const picket_scene *scene,
+                                const picket_framing *framing, size_t n, uint8_t iq, int16_t (*cells)[2], size_t room);
+picket_status picket_frame_clear(picket_frame *frame);
+picket_status picket_frame_background(picket_frame *frame, float *still, size_t room, float *share);
+picket_status picket_frame_targets(picket_frame *frame, const float *still, picket_frame_target *targets,
+                                   size_t room, size_t *found);
+
+/*
+ * Ranges by phase, for lines of KIND_lines or of a frame's target. `n`, `iq` and `rate_hz` are those of the records.
+ *
+ * picket_range_by_phase   the range by the line of one ramp, PICKET_UP or PICKET_DOWN. `target` is its range and velocity by frequency, as of a
+ *                         frame; NULL for a target at rest. `calibration` may be NULL: a perfect sensor.
+ * picket_range_by_phases  of a triangle or a trapezoid: by the lines of both ramps, also of a target that moves.
+ * picket_calibrate        by the rising ramp's line of a target at rest at a known range, with one standard deviation.
+ */
+picket_status picket_range_by_phase(const picket_scene *scene, const picket_calibration *calibration, double rate_hz,
+                                    size_t n, uint8_t iq, uint8_t segment, const picket_line *line,
+                                    const picket_target *target, picket_phase_range *answer);
+picket_status picket_range_by_phases(const picket_scene *scene, const picket_calibration *calibration, double rate_hz,
+                                     size_t n, uint8_t iq, const picket_line *up, const picket_line *down,
+                                     const picket_target *target, picket_phase_range *answer);
+picket_status picket_calibrate(const picket_scene *scene, double rate_hz, size_t n, uint8_t iq, const picket_line *line,
+                               double known_m, float sigma_m, picket_calibration *calibration);
+
+/*
+ * The whole error of an answer: the part of each source, and all of them together. `blocks` is 1, or the blocks of a mean, which lessens the
+ * noise's part alone. `angle_rad` is the angle for which the velocity was solved.
+ */
+picket_status picket_budget_of_target(const picket_uncertainty *uncertainty, const picket_target *target,
+                                      float angle_rad, uint32_t blocks, picket_budget *budget);
+picket_status picket_budget_of_phase_range(const picket_uncertainty *uncertainty, const picket_phase_range *range,
+                                           uint32_t blocks, picket_budget *budget);
+
+/*
+ * The way of a target by the phase of its line: of a Doppler scene's blocks, or of one record in each sawtooth chirp, whose target turns the phase
+ * by less than `most_turns` of a turn from chirp to chirp (0 is 0.25). The stamp's clock and gap count.
+ */
+typedef struct picket_way {
+    uint64_t state[128 / 8];
+} picket_way;
+size_t picket_way_size(void);
+picket_status picket_way_init(picket_way *way, const picket_scene *scene, double rate_hz, size_t n, uint8_t iq, float most_turns);
+picket_status picket_way_push(picket_way *way, const picket_stamp *stamp, double rate_hz, const picket_line *line,
+                              picket_displacement *answer);
+
+/*
  * `samples` are `count` signed words of 16 bits, or of I/Q `count` pairs of them, I first; `count` must be N.
  * A DMA buffer of uint16_t with codes of up to 15 bits may be cast: (const int16_t *)buffer.
  *
@@ -319,6 +475,7 @@ enum {
  * KIND_targets     velocities and ranges of the held tracks, at most 4: after the last block of a chirp, or any of a Doppler scene.
  * KIND_accumulate  adds the block that `meter` measured last. If it completes a sum, `*complete` is 1 and `accumulated` is
  *                  written; else `*complete` is 0.
+ * KIND_frame_push  takes the chirp that `meter` measured last into a frame, see below; `*complete` is 1 if it is the frame's last.
  * KIND_bursts_...  bursts in a stream; `trigger` may be NULL. KIND_bursts_push takes any number of samples and writes the bursts that
  *                  they complete, at most `room`; `*found` counts those beyond it, too. KIND_bursts_lost declares how many
  *                  samples are missing before the next.
@@ -356,6 +513,7 @@ enum {
     picket_status KIND##_accumulator_init(KIND##_accumulator *memory, const picket_accumulating *terms);            \
     picket_status KIND##_accumulate(KIND##_accumulator *memory, const KIND *meter, picket_accumulated *accumulated, \
                                     uint8_t *complete);                                                             \
+    picket_status KIND##_frame_push(picket_frame *frame, const KIND *meter, uint8_t *complete);                     \
     size_t KIND##_bursts_size(void);                                                                                \
     picket_status KIND##_bursts_init(KIND##_bursts *memory, const picket_config *config,                            \
                                      const picket_trigger *trigger);                                                \

@@ -1,5 +1,6 @@
 //! The calls, for every kind and length of record.
 
+use crate::frames::{self, Framed};
 use crate::memory::{Out, Slot, read, read_if};
 use crate::status::Status;
 use crate::types::{
@@ -213,6 +214,25 @@ impl<R: Record, const N: usize> Meter<R, N> {
             found.put(lines.put_all(room, rows));
         }
         Ok(())
+    }
+}
+
+impl<R: Record, const N: usize> Meter<R, N> {
+    /// `picket_..._frame_push`.
+    ///
+    /// # Safety
+    /// As for [`Meter::init`]; the meter is only read.
+    pub unsafe fn frame(
+        memory: *const Slot<Self>,
+        frame: *mut Slot<Framed>,
+        complete: *mut u8,
+    ) -> Result<(), Status> {
+        // SAFETY: as the caller promises.
+        unsafe {
+            let meter = &*Slot::open(memory.cast_mut(), Self::NUMBER)?;
+            meter.last.as_ref().ok_or(Status::NoBlock)?;
+            frames::push(frame, &meter.pipeline.spectrum().view(), complete)
+        }
     }
 }
 

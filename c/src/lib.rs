@@ -7,11 +7,13 @@
 #[macro_use]
 mod words;
 mod door;
+mod frames;
 mod memory;
 mod status;
 mod types;
 
 use crate::door::{Bursts, Follower, Meter, Sum};
+use crate::frames::Framed;
 use crate::memory::Slot;
 use crate::status::Status;
 use crate::types::{
@@ -129,6 +131,18 @@ macro_rules! door {
             ) -> i32 {
                 // SAFETY: as above.
                 Status::from(unsafe { Meter::lines(memory, lines, room, found) }) as i32
+            }
+
+            /// # Safety
+            /// As the header says.
+            #[unsafe(export_name = concat!($name, "_frame_push"))]
+            unsafe extern "C" fn frame_push(
+                frame: *mut Slot<Framed>,
+                memory: *const Slot<Meter<picket_dsp::$kind, $n>>,
+                complete: *mut u8,
+            ) -> i32 {
+                // SAFETY: as above.
+                Status::from(unsafe { Meter::frame(memory, frame, complete) }) as i32
             }
 
             /// Bytes of a tracker's memory.

@@ -72,6 +72,16 @@ pub unsafe fn read<'a, T>(pointer: *const T) -> Result<&'a T, Status> {
     Ok(unsafe { &*pointer })
 }
 
+/// So many values that a pointer points to.
+///
+/// # Safety
+/// As for [`read`], of all of them.
+pub unsafe fn read_all<'a, T>(pointer: *const T, count: usize) -> Result<&'a [T], Status> {
+    aligned(pointer)?;
+    // SAFETY: checked, and promised by the caller.
+    Ok(unsafe { core::slice::from_raw_parts(pointer, count) })
+}
+
 /// What a pointer points to, or `None` for NULL.
 ///
 /// # Safety
@@ -100,6 +110,15 @@ impl<T> Out<T> {
     pub unsafe fn put(self, answer: T) {
         // SAFETY: `at` has checked NULL and alignment; the size is promised.
         unsafe { self.0.write(answer) };
+    }
+
+    /// All of so many places, which hold numbers.
+    ///
+    /// # Safety
+    /// The memory is the caller's, holds numbers of any value, has room for so many `T`, and nothing else uses it while the slice lives.
+    pub unsafe fn all<'a>(self, count: usize) -> &'a mut [T] {
+        // SAFETY: `at` has checked NULL and alignment; the rest is promised.
+        unsafe { core::slice::from_raw_parts_mut(self.0, count) }
     }
 
     /// Writes the answer of this number.

@@ -40,6 +40,10 @@ statuses! {
     Option = 6: "an option has a number without a meaning, or a reserved field is not 0";
     /// Lines were asked for before any block.
     NoBlock = 7: "measure a block first";
+    /// Fewer cells or numbers than the frame needs.
+    Room = 8: "the room is smaller than the frame needs: picket_frame_cells tells how many";
+    /// A calibration by a tone that may not be used.
+    Unusable = 9: "the tone may not be used for a calibration";
     /// See [`ConfigError::Rate`].
     Rate = 16: ConfigError::Rate.message();
     /// See [`ConfigError::Band`].
@@ -54,6 +58,10 @@ statuses! {
     FalseAlarm = 21: ConfigError::FalseAlarm.message();
     /// See [`ConfigError::Following`].
     Following = 22: ConfigError::Following.message();
+    /// See [`ConfigError::Frame`].
+    Frame = 24: ConfigError::Frame.message();
+    /// See [`ConfigError::Length`].
+    Length = 25: ConfigError::Length.message();
     /// Any other error of a configuration.
     Config = 23: "the configuration does not work for this kind and length of record";
 }
@@ -68,6 +76,8 @@ impl From<ConfigError> for Status {
             ConfigError::Scale => Status::Scale,
             ConfigError::FalseAlarm => Status::FalseAlarm,
             ConfigError::Following => Status::Following,
+            ConfigError::Frame => Status::Frame,
+            ConfigError::Length => Status::Length,
             _ => Status::Config,
         }
     }

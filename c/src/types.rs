@@ -10,10 +10,12 @@ use picket_dsp::{
 };
 
 pub use picket_wire::view::{
-    Accumulated as CAccumulated, Accumulating as CAccumulating, Burst as CBurst, Config as CConfig,
-    Counts as CCounts, Following as CFollowing, Line as CLine, Measurement as CMeasurement,
+    Accumulated as CAccumulated, Accumulating as CAccumulating, Budget as CBudget, Burst as CBurst,
+    Calibration as CCalibration, Config as CConfig, Counts as CCounts,
+    Displacement as CDisplacement, Following as CFollowing, FrameTarget as CFrameTarget,
+    Framing as CFraming, Line as CLine, Measurement as CMeasurement, PhaseRange as CPhaseRange,
     Scene as CScene, Stamp as CStamp, Target as CTarget, Tone as CTone, Track as CTrack,
-    Trigger as CTrigger,
+    Trigger as CTrigger, Uncertainty as CUncertainty,
 };
 
 /// What a program set, as the library has it.

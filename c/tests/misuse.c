@@ -330,6 +330,128 @@ static void scenes(void) {
     EXPECT(picket_real1024_measure(&meter, &stamp, samples, 1024, &seen), PICKET_ERROR_OPTION);
 }
 
+/* Frames, ranges by phase, budgets and ways. */
+static void frames(void) {
+    static picket_frame frame;
+    static picket_way way;
+    static int16_t cells[127 * 8][2];
+    static float still[127 * 2];
+    picket_config config = CONFIG;
+    picket_scene scene = {0};
+    picket_framing framing = {0};
+    picket_frame_target targets[8];
+    size_t count = 77;
+    uint8_t complete = 9;
+    float share = -1.0f;
+    CHECK(picket_frame_size() <= sizeof frame && picket_way_size() <= sizeof way);
+    scene.kind = PICKET_SCENE_CHIRP;
+    scene.shape = PICKET_SAWTOOTH;
+    scene.wavelength_m = 0.0125;
+    scene.bandwidth_hz = 200e6;
+    scene.duration_s = 256 / 48000.0;
+    framing.period_s = scene.duration_s;
+    framing.chirps = 8;
+    EXPECT(picket_frame_targets(&frame, NULL, targets, 8, &count), PICKET_ERROR_UNINITIALISED);
+    EXPECT(picket_frame_clear(&frame), PICKET_ERROR_UNINITIALISED);
+    EXPECT(picket_frame_cells(&config, &scene, &framing, 256, 0, NULL), PICKET_ERROR_NULL);
+    EXPECT(picket_frame_cells(&config, NULL, &framing, 256, 0, &count), PICKET_ERROR_NULL);
+    EXPECT(picket_frame_cells(&config, &scene, &framing, 250, 0, &count), PICKET_ERROR_LENGTH);
+    EXPECT(picket_frame_cells(&config, &scene, &framing, 256, 2, &count), PICKET_ERROR_OPTION);
+    framing.chirps = 12;
+    EXPECT(picket_frame_cells(&config, &scene, &framing, 256, 0, &count), PICKET_ERROR_FRAME);
+    framing.chirps = 8;
+    framing.false_alarm = 2.0;
+    EXPECT(picket_frame_cells(&config, &scene, &framing, 256, 0, &count), PICKET_ERROR_FALSE_ALARM);
+    framing.false_alarm = 0.0;
+    framing.last_bin = 300;
+    EXPECT(picket_frame_cells(&config, &scene, &framing, 256, 0, &count), PICKET_ERROR_BAND);
+    framing.last_bin = 0;
+    scene.kind = PICKET_SCENE_TONE;
+    EXPECT(picket_frame_cells(&config, &scene, &framing, 256, 0, &count), PICKET_ERROR_SCENE);
+    scene.kind = PICKET_SCENE_CHIRP;
+    CHECK(count == 77);
+    EXPECT(picket_frame_cells(&config, &scene, &framing, 256, 0, &count), PICKET_OK);
+    CHECK(count == 127 * 8);
+    EXPECT(picket_frame_init(&frame, &config, &scene, &framing, 256, 0, cells, count - 1), PICKET_ERROR_ROOM);
+    EXPECT(picket_frame_init(&frame, &config, &scene, &framing, 256, 0, NULL, count), PICKET_ERROR_NULL);
+    EXPECT(picket_frame_init(NULL, &config, &scene, &framing, 256, 0, cells, count), PICKET_ERROR_NULL);
+    CHECK(all_are(&frame, sizeof frame, 0));
+    EXPECT(picket_frame_init(&frame, &config, &scene, &framing, 256, 0, cells, count), PICKET_OK);
+    EXPECT(picket_frame_targets(&frame, NULL, targets, 8, &count), PICKET_ERROR_NO_BLOCK);
+    EXPECT(picket_frame_background(&frame, still, 127, &share), PICKET_ERROR_NO_BLOCK);
+    static picket_real256 chirp;
+    static picket_real512 other;
+    EXPECT(picket_real256_frame_push(&frame, &chirp, &complete), PICKET_ERROR_UNINITIALISED);
+    EXPECT(picket_real256_init(&chirp, &config, NULL), PICKET_OK);
+    EXPECT(picket_real512_init(&other, &config, NULL), PICKET_OK);
+    EXPECT(picket_real256_frame_push(&frame, &chirp, &complete), PICKET_ERROR_NO_BLOCK);
+    picket_tone tone;
+    picket_line line;
+    tone_of(samples, 512, 1, 0.2034);
+    EXPECT(picket_real512_block(&other, samples, 512, &tone), PICKET_OK);
+    EXPECT(picket_real512_frame_push(&frame, &other, &complete), PICKET_ERROR_SAMPLES);
+    EXPECT(picket_real256_block(&chirp, samples, 256, &tone), PICKET_OK);
+    EXPECT(picket_real256_frame_push(&frame, &chirp, NULL), PICKET_ERROR_NULL);
+    EXPECT(picket_frame_clear(&frame), PICKET_OK);
+    CHECK(complete == 9);
+    uint32_t state = 5;
+    for (int number = 0; number < 8; number++) {
+        /* The tone stands, and each chirp has noise of its own. */
+        tone_of(samples, 256, 1, 0.2034);
+        for (int index = 0; index < 256; index++) {
+            state = state * 1664525u + 1013904223u;
+            samples[index] = (int16_t)(samples[index] + (int)(state >> 26) - 32);
+        }
+        EXPECT(picket_real256_block(&chirp, samples, 256, &tone), PICKET_OK);
+        EXPECT(picket_real256_frame_push(&frame, &chirp, &complete), PICKET_OK);
+        CHECK(complete == (number == 7));
+    }
+    EXPECT(picket_frame_targets(&frame, NULL, NULL, 8, &count), PICKET_ERROR_NULL);
+    EXPECT(picket_frame_targets(&frame, NULL, targets, 8, NULL), PICKET_ERROR_NULL);
+    EXPECT(picket_frame_background(&frame, still, 126, &share), PICKET_ERROR_ROOM);
+    CHECK(share == -1.0f);
+    EXPECT(picket_frame_targets(&frame, NULL, targets, 8, &count), PICKET_OK);
+    CHECK(count >= 1 && fabs(targets[0].target.velocity_mps) < 5.0 * targets[0].target.sigma_velocity_mps + 1e-6);
+    EXPECT(picket_frame_background(&frame, still, 127, &share), PICKET_OK);
+    CHECK(share > 0.99f);
+    /* Nothing but what stands: less the background there is no target. */
+    EXPECT(picket_frame_targets(&frame, still, targets, 8, &count), PICKET_OK);
+    CHECK(count == 0);
+    EXPECT(picket_real256_lines(&chirp, &line, 1, &count), PICKET_OK);
+    picket_phase_range range;
+    picket_calibration calibration = {0};
+    picket_budget budget;
+    picket_uncertainty known = {0};
+    memset(&range, 0x5A, sizeof range);
+    EXPECT(picket_range_by_phase(NULL, NULL, 48000.0, 256, 0, PICKET_UP, &line, NULL, &range), PICKET_ERROR_NULL);
+    EXPECT(picket_range_by_phase(&scene, NULL, 48000.0, 256, 0, 9, &line, NULL, &range), PICKET_ERROR_OPTION);
+    EXPECT(picket_range_by_phase(&scene, NULL, 1000.0, 256, 0, PICKET_UP, &line, NULL, &range), PICKET_ERROR_RAMP);
+    calibration.sigma_phase_rad = -1.0f;
+    EXPECT(picket_range_by_phase(&scene, &calibration, 48000.0, 256, 0, PICKET_UP, &line, NULL, &range), PICKET_ERROR_SCENE);
+    CHECK(all_are(&range, sizeof range, 0x5A));
+    EXPECT(picket_calibrate(&scene, 48000.0, 256, 0, &line, (double)NAN, 0.0f, &calibration), PICKET_ERROR_OPTION);
+    EXPECT(picket_calibrate(&scene, 48000.0, 256, 0, &line, 1000.0, 0.0f, &calibration), PICKET_OK);
+    CHECK(calibration.sigma_phase_rad > 0.0f && calibration.sigma_offset_m > 0.0f);
+    EXPECT(picket_range_by_phase(&scene, &calibration, 48000.0, 256, 0, PICKET_UP, &line, NULL, &range), PICKET_OK);
+    CHECK(fabs(range.by_frequency_m - 1000.0) < 1e-3 && range.uncertainty_range_m >= range.sigma_range_m);
+    known.clock_ppm = -1.0f;
+    EXPECT(picket_budget_of_phase_range(&known, &range, 1, &budget), PICKET_ERROR_OPTION);
+    known.clock_ppm = 20.0f;
+    EXPECT(picket_budget_of_phase_range(&known, &range, 0, &budget), PICKET_ERROR_OPTION);
+    EXPECT(picket_budget_of_phase_range(&known, &range, 1, &budget), PICKET_OK);
+    EXPECT(picket_budget_of_target(&known, &targets[0].target, 0.0f, 1, NULL), PICKET_ERROR_NULL);
+    EXPECT(picket_budget_of_target(&known, &targets[0].target, 0.0f, 4, &budget), PICKET_OK);
+    CHECK(fabs(budget.clock.range_m - 20e-6 * targets[0].target.range_m) < 1e-4 * budget.clock.range_m);
+    picket_displacement moved;
+    picket_stamp stamp = {0};
+    EXPECT(picket_way_push(&way, &stamp, 48000.0, &line, &moved), PICKET_ERROR_UNINITIALISED);
+    EXPECT(picket_way_init(&way, &scene, 48000.0, 256, 0, 0.5f), PICKET_ERROR_OPTION);
+    EXPECT(picket_way_init(&way, &scene, 48000.0, 256, 0, 0.0f), PICKET_OK);
+    EXPECT(picket_way_push(&way, &stamp, 1.0, &line, &moved), PICKET_ERROR_OPTION);
+    EXPECT(picket_way_push(&way, &stamp, 48000.0, &line, &moved), PICKET_OK);
+    CHECK(moved.displacement_m == 0.0 && moved.verdict == PICKET_GOOD);
+}
+
 int main(void) {
 #define RUN(KIND, N, PARTS) use_##KIND();
     PICKET_EACH(RUN)
@@ -338,6 +460,7 @@ int main(void) {
     PICKET_EACH(RUN)
     options();
     scenes();
+    frames();
     CHECK(strcmp(picket_version(), PICKET_VERSION) == 0);
     CHECK(strcmp(picket_verdict_name(PICKET_NEAR_EDGE), "near-edge") == 0);
     CHECK(strcmp(picket_verdict_name(200), "unknown") == 0 && picket_verdict_usable(200) == PICKET_USABLE_NO);

@@ -6,6 +6,12 @@ mod projects;
 
 use host_tests::needed;
 use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::Stamp;
+use picket_dsp::frame::{Cells, Frame, FrameConfig};
+use picket_dsp::solve::displacement::Unwrapper;
+use picket_dsp::solve::phase_range::{Calibration, PhaseRanging};
+use picket_dsp::solve::uncertainty::Uncertainty;
+use picket_dsp::{Chirp, Config, Iq, Segment, Shape};
 use picket_host::analyze::{self, Analysis};
 use picket_host::arithmetic::Arithmetic;
 use picket_host::c::{Core, package};
@@ -13,6 +19,8 @@ use picket_host::emulator::Footprint;
 use picket_host::recording::{self, Format};
 use picket_host::toolchain::archive::symbols;
 use picket_host::toolchain::{Firmware, Profile, Target, qemu, workspace};
+use picket_simulator::Scene;
+use picket_simulator::scene::{Source, Target as Reflector, Waveform};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -173,6 +181,114 @@ fn misuse_is_answered_and_every_call_does_its_work() {
 #[test]
 fn misuse_is_answered_as_clang_compiles_it() {
     misuse("clang", &[]);
+}
+
+/// A frame's targets, ranges by phase, budgets and the way have the bits of the library, and are true of the simulator's scene.
+#[test]
+fn frames_are_those_of_the_library() {
+    needs("gcc", "gcc");
+    let (n, chirps) = (256, 64);
+    let target = |range_m: f64, velocity_mps: f64, amplitude: f64| {
+        Source::Target(Reflector {
+            range_m: range_m.into(),
+            velocity_mps: velocity_mps.into(),
+            amplitude: Some(amplitude.into()),
+            ..Reflector::default()
+        })
+    };
+    let chirp = Chirp {
+        shape: Shape::Sawtooth,
+        wavelength_m: picket_dsp::config::SPEED_OF_LIGHT / 77e9,
+        bandwidth_hz: 306e6,
+        duration_s: 102e-6,
+        guard_s: 2e-6,
+        ..Chirp::default()
+    };
+    let mut scene = Scene { seed: 62, rate_hz: 2.56e6, seconds: 8e-3, ..Scene::default() };
+    scene.waveform = Some(Waveform::from_chirp(&chirp, n, 120e-6));
+    scene.sources = vec![target(18.0, 0.5, 300.0), target(24.0, -5.0, 100.0)];
+    (scene.receiver.iq, scene.receiver.noise.snr_db) = (true, Some(10.0.into()));
+    let mut run = scene.run(0).unwrap();
+    let records: Vec<Vec<[i16; 2]>> = (0..chirps).map(|index| run.record(index, n)).collect();
+    let file = temporary("frames").join("chirps.cs16");
+    let bytes = records.iter().flatten().flatten().flat_map(|code| code.to_le_bytes());
+    fs::write(&file, bytes.collect::<Vec<u8>>()).unwrap();
+
+    let config = FrameConfig {
+        velocity_mps: Some((-8.0, 8.0)),
+        ..FrameConfig::new(chirp, 2.56e6, n, true, chirps, 120e-6)
+    };
+    let plan = config.plan().unwrap();
+    let mut cells = vec![[0i16; 2]; plan.cells()];
+    let mut frame = Frame::new(plan, Cells::Narrow(&mut cells)).unwrap();
+    let pipeline_config = Config {
+        scene: picket_dsp::Scene::Chirp(chirp),
+        velocity_mps: Some((-8.0, 8.0)),
+        ..Config::new(2.56e6, picket_dsp::Codes::signed::<12>())
+    };
+    let mut pipeline = picket_dsp::Pipeline::<Iq, 256>::new(pipeline_config.plan().unwrap());
+    let mut way = Unwrapper::of_scene(&pipeline_config.scene, 2.56e6, n, true, 0.25).unwrap();
+    let mut moved = Default::default();
+    for (index, record) in records.iter().enumerate() {
+        let seen = pipeline.record(record).unwrap();
+        frame.push(&pipeline.spectrum().view());
+        let stamp = Stamp { clock: 300 * index as u64, ..Stamp::default() };
+        for line in pipeline.lines(&seen, 1) {
+            moved = way.push(&stamp, &line);
+        }
+    }
+    let calibration = Calibration {
+        phase_rad: 0.3,
+        sigma_phase_rad: 0.01,
+        offset_m: 2e-3,
+        sigma_offset_m: 1e-4,
+        slope_ppm: 0.0,
+        sigma_slope_ppm: 10.0,
+    };
+    let ranging = PhaseRanging::new(&chirp, 2.56e6, n, true, calibration).unwrap();
+    let known = Uncertainty {
+        clock_ppm: 20.0,
+        carrier_ppm: 1.0,
+        slope_ppm: 100.0,
+        angle_rad: 0.0,
+        range_offset_m: 1e-3,
+        phase_rad: 0.1,
+    };
+    let expected = frame.targets().into_iter().map(|found| {
+        let target = &found.target;
+        let velocity = target.velocity.unwrap();
+        let range = ranging.of_target(Segment::Up, &found.line, target);
+        let budget = known.of_target(target, 0.0).of_mean(4);
+        let by_phase = known.of_phase_range(&range, 2.0 * range.spacing());
+        [
+            target.range.to_num::<f64>(),
+            velocity.to_num(),
+            target.sigma_range.into(),
+            target.sigma_velocity.into(),
+            f64::from(target.verdict as u8),
+            found.line.phase.into(),
+            found.covariance.into(),
+            range.range.to_num(),
+            range.uncertainty.into(),
+            f64::from(u8::from(range.is_sure())),
+            range.odds.into(),
+            budget.total()[0].into(),
+            budget.parts[0].velocity.into(),
+            by_phase.total()[0].into(),
+            moved.metres.to_num(),
+        ]
+    });
+    let out = said(Command::new(program("gcc", "frames.c", &[])).arg(&file));
+    let seen = out.lines().map(|line| line.split(' ').map(|x| x.parse().unwrap()).collect());
+    let (seen, expected): (Vec<Vec<f64>>, Vec<_>) = (seen.collect(), expected.collect());
+    assert_eq!(seen, expected);
+    assert_eq!(seen.len(), 2, "{out}");
+    let middle_s = 0.5 * (scene.start_s(0, n) + scene.start_s(chirps - 1, n)) + 127.5 / 2.56e6;
+    for (index, row) in seen.iter().enumerate() {
+        let truth = run.truth(index, middle_s, 1);
+        assert!((row[0] - truth.range_m.unwrap()).abs() < 5.0 * row[2], "{row:?}");
+        assert!((row[1] - truth.velocity_mps.unwrap()).abs() < 5.0 * row[3], "{row:?}");
+    }
 }
 
 /// Blocks of each kind and length on a board in an emulator: a tenth, unless PICKET_LONG asks for as many as here.

@@ -21,7 +21,7 @@ pub struct Picket {
 #[derive(Debug, Subcommand)]
 enum Command {
     Demo(demo::options::Options),
-    Analyze(analyze::command::Options),
+    Analyze(Box<analyze::command::Options>),
     Explain(explain::Options),
     Design(design::Options),
     Simulate(recipe::Options),

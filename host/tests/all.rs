@@ -13,6 +13,7 @@ mod end;
 mod explain;
 mod field;
 mod formats;
+mod frames;
 mod misuse;
 mod overwrite;
 mod program;

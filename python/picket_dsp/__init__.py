@@ -21,8 +21,8 @@ from . import _picket, _tables
 from ._picket import __version__
 
 __all__ = [
-    "Accumulator", "BurstProcessor", "Chirp", "Doppler", "Pipeline", "Tracker", "VERDICTS", "analyze", "explain", "read_recording",
-    "read_telemetry", "simulate", "__version__",
+    "Accumulator", "BurstProcessor", "Calibration", "Chirp", "Displacement", "Doppler", "Frame", "PhaseRanging", "Pipeline", "Sequence",
+    "Tracker", "Uncertainty", "VERDICTS", "analyze", "explain", "read_recording", "read_telemetry", "simulate", "__version__",
 ]
 
 #: What each verdict means, from best to worst: its name, and a sentence.
@@ -533,3 +533,7 @@ def _whole(scene, n, seed):
     for column, name in enumerate(truth.dtype.names):
         truth[name] = rows[:, column]
     return words.reshape((-1, n, 2) if iq else (-1, n)), truth
+
+
+# They are made of what stands above.
+from ._frames import Calibration, Displacement, Frame, PhaseRanging, Sequence, Uncertainty  # noqa: E402

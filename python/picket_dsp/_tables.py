@@ -159,6 +159,47 @@ def telemetry(rows):
     return out
 
 
+#: The columns of views that are not numbers, by the ends of their names.
+_VIEWED = {"verdict": "U11", "ambiguity": _AMBIGUITY.dtype, "sure": "?", "start": "i8", "block": "i8", "frame": "i8", "receiver": "i8"}
+
+
+def _viewed(name):
+    """The columns that are made of a view's column, with their types."""
+    if name == "verdict" or name.endswith("phase_verdict"):
+        return [(name, "U11"), (name.replace("verdict", "usable"), "?")]
+    if name == "also":
+        return [("reason", _REASON)]
+    ends = [kind for end, kind in _VIEWED.items() if name == end or name.endswith("_" + end)]
+    return [(name, ends[0] if ends else "f8")]
+
+
+def view(rows, names):
+    """Rows whose columns are those of the library's one description of an answer."""
+    out = np.empty(len(rows), [column for name in names for column in _viewed(name)])
+    numbers = dict(zip(names, rows.T))
+    for name in names:
+        column = numbers[name]
+        if name == "also":
+            verdict, also = numbers["tone_verdict"].astype(np.intp), column.astype(np.intp)
+            out["reason"] = np.where(also > 0, np.char.add(np.char.add(_NAMES[verdict], ", "), _ALSO[also]), _NAMES[verdict])
+        elif name.endswith("verdict"):
+            out[name] = _NAMES[column.astype(np.intp)]
+            if (usable := name.replace("verdict", "usable")) in out.dtype.names:
+                out[usable] = _USABLE[column.astype(np.intp)]
+        elif name == "ambiguity":
+            out[name] = _AMBIGUITY[column.astype(np.intp)]
+        else:
+            out[name] = column
+    return out
+
+
+def frames(rows, names, frames):
+    """Targets of frames, of one receiver after the other."""
+    names = [names[0], "receiver", *names[1:]]
+    number = rows[:, :1]
+    return view(np.concatenate([number % frames, number // frames, rows[:, 1:]], axis=1), names)
+
+
 def tests(rows):
     """Every test behind a verdict."""
     out = np.empty(len(rows), [("fit", "U16"), ("test", "U24"), ("value", "f8"), ("limit", "f8"), ("outcome", "U24")])

@@ -3,13 +3,16 @@
 mod blocks;
 mod bursts;
 mod explain;
+mod frames;
 mod native;
+mod phases;
 mod recorded;
 mod simulated;
 mod sums;
 mod tables;
 mod terms;
 mod tracks;
+mod views;
 
 use picket_dsp::Verdict;
 use pyo3::exceptions::PyValueError;
@@ -47,6 +50,8 @@ fn _picket(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(verdicts_in, module)?)?;
     module.add_function(wrap_pyfunction!(tables::columns, module)?)?;
     module.add_function(wrap_pyfunction!(tables::names, module)?)?;
+    module.add_function(wrap_pyfunction!(views::view_columns, module)?)?;
+    module.add_function(wrap_pyfunction!(views::budgets, module)?)?;
     module.add_function(wrap_pyfunction!(recorded::recording, module)?)?;
     module.add_function(wrap_pyfunction!(recorded::telemetry, module)?)?;
     module.add_function(wrap_pyfunction!(simulated::whole, module)?)?;

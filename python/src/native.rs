@@ -3,18 +3,24 @@
 use crate::blocks::{Blocks, Lines};
 use crate::bursts::{BurstRow, Bursts};
 use crate::explain::{Explain, Heard};
+use crate::frames::{Frames, Framing, Wanted};
+use crate::phases::{Asked, Phases};
 use crate::sums::Sums;
 use crate::tables::{ToneRow, table};
 use crate::terms::{self, SceneTerms};
 use crate::tracks::Follow;
+use crate::views::{self, Told};
 use crate::wrong;
 use numpy::{PyArray2, PyReadonlyArray1};
 use picket_dsp::acquire::frontend::Timing;
 use picket_dsp::acquire::kind::{ForRecord, for_record};
+use picket_dsp::num_complex::Complex;
+use picket_dsp::solve::phase_range::Calibration;
 use picket_dsp::spectrum::engine::Engine;
 use picket_dsp::{
     Arithmetic, Carrier, Config, Effort, F32, Following, I32, Plan, Record, Segment, Stamp, Trigger,
 };
+use picket_wire::view;
 use pyo3::prelude::*;
 
 /// The engines by their names.
@@ -28,8 +34,8 @@ enum Transform {
 #[pyclass(frozen, module = "picket_dsp._picket")]
 pub struct Native {
     pub config: Config,
-    n: usize,
-    iq: bool,
+    pub n: usize,
+    pub iq: bool,
     transform: Transform,
 }
 
@@ -205,6 +211,97 @@ impl Native {
         let (rows, counts): (Vec<BurstRow>, _) = py.detach(|| self.usual(work))?;
         Ok((table(py, rows)?, counts))
     }
+
+    /// Targets of frames of chirps that follow one another: names of the columns, and rows.
+    #[pyo3(signature = (words, framing, background))]
+    fn frames<'py>(
+        &self,
+        py: Python<'py>,
+        words: PyReadonlyArray1<'py, i16>,
+        framing: FramingTerms,
+        background: Vec<[f32; 2]>,
+    ) -> PyResult<(Vec<String>, Bound<'py, PyArray2<f64>>)> {
+        let words = words.as_slice().map_err(wrong)?;
+        let framing = self::framing(&framing)?;
+        let background: Vec<_> =
+            background.into_iter().map(|[re, im]| Complex::new(re, im)).collect();
+        let wanted = Wanted::Targets(&background);
+        let work = Frames { native: self, words, framing: &framing, wanted };
+        let found = py.detach(|| self.usual(work))?;
+        let columns =
+            Framing::columns(framing.uncertainty.is_some(), framing.calibration.is_some());
+        let rows = views::table(py, found.rows, columns.len())?;
+        Ok((columns, rows))
+    }
+
+    /// What stands still in the first frame, a number for each kept bin, and its share of the power.
+    fn background(
+        &self,
+        words: PyReadonlyArray1<'_, i16>,
+        framing: FramingTerms,
+    ) -> PyResult<(Vec<[f32; 2]>, f32)> {
+        let words = words.as_slice().map_err(wrong)?;
+        let framing = self::framing(&framing)?;
+        let work = Frames { native: self, words, framing: &framing, wanted: Wanted::Background };
+        let found = self.usual(work)?;
+        Ok((found.background.into_iter().map(|it| [it.re, it.im]).collect(), found.share))
+    }
+
+    /// Checks the terms of frames. Returns the distance between aliases of a velocity, m/s.
+    fn framing(&self, framing: FramingTerms) -> PyResult<f32> {
+        let framing = self::framing(&framing)?;
+        let work = Frames { native: self, words: &[], framing: &framing, wanted: Wanted::Plan };
+        Ok(self.usual(work)?.alias_mps)
+    }
+
+    /// What the phases of blocks tell: names of the columns, and rows.
+    #[pyo3(signature = (words, hop, asked, missing))]
+    fn phases<'py>(
+        &self,
+        py: Python<'py>,
+        words: PyReadonlyArray1<'py, i16>,
+        hop: usize,
+        asked: AskedTerms,
+        missing: Vec<u64>,
+    ) -> PyResult<(Vec<String>, Bound<'py, PyArray2<f64>>)> {
+        let words = words.as_slice().map_err(wrong)?;
+        let (name, known, [first, second]) = asked;
+        let asked = match name.as_str() {
+            "ranges" => Asked::Ranges(calibration(&known)?),
+            "calibration" => Asked::Calibration { known_m: first, sigma_m: second as f32 },
+            "way" => Asked::Way { most_turns: first as f32 },
+            "sequence" => Asked::Sequence { period: first as u32 },
+            _ => return Err(wrong(format!("nothing is called {name}"))),
+        };
+        let work = Phases { native: self, words, hop, asked, missing: &missing };
+        let rows = py.detach(|| self.usual(work))?;
+        let columns = asked.columns();
+        let rows = views::table(py, rows, columns.len())?;
+        Ok((columns, rows))
+    }
+}
+
+/// Chirps, period in s, bins, probability of a false alarm, and by their names the standard deviations of what is not known and a
+/// calibration.
+type FramingTerms = (usize, f64, Option<(i32, i32)>, Option<f64>, Option<Told>, Option<Told>);
+
+/// What is asked of phases: its name, a calibration, and two numbers.
+type AskedTerms = (String, Told, [f64; 2]);
+
+fn framing(terms: &FramingTerms) -> PyResult<Framing> {
+    let (chirps, period_s, bins, false_alarm, known, calibrated) = terms;
+    Ok(Framing {
+        chirps: *chirps,
+        period_s: *period_s,
+        bins: *bins,
+        false_alarm: *false_alarm,
+        uncertainty: known.as_ref().map(views::uncertainty).transpose()?,
+        calibration: calibrated.as_ref().map(calibration).transpose()?,
+    })
+}
+
+fn calibration(told: &Told) -> PyResult<Calibration> {
+    Ok(Calibration::from(&views::told::<view::Calibration>(told)?))
 }
 
 impl Native {

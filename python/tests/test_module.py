@@ -426,3 +426,114 @@ def test_types_are_stated():
     assert (package / "py.typed").exists()
     stubs = (package / "__init__.pyi").read_text()
     assert all(f"{name}" in stubs for name in picket_dsp.__all__)
+
+
+# A radar at 77 GHz: 300 MHz in a record of 100 us, a chirp each 120 us.
+RADAR = dict(bandwidth_hz=306e6, duration_s=102e-6, guard_s=2e-6, carrier_hz=77e9, shape="sawtooth")
+
+
+def chirps(sources, count=64, snr_db=10.0, iq=True):
+    waveform = {
+        "shape": "sawtooth", "carrier_hz": 77e9, "bandwidth_hz": 306e6, "ramp_s": 102e-6, "guard_s": 2e-6, "period_s": 120e-6, "samples": 256,
+    }
+    sources = [{"target": {"phase_turns": 0, **source}} for source in sources]
+    scene = {
+        "seed": 62, "rate_hz": 2.56e6, "seconds": (count + 1) * 120e-6, "waveform": waveform, "sources": sources,
+        "receiver": {"iq": iq, "noise": {"snr_db": snr_db}},
+    }
+    return picket_dsp.simulate(scene, n=256)[0][:count]
+
+
+def framed(iq=True, **options):
+    options = {"chirps": 64, "period_s": 120e-6, **options}
+    return picket_dsp.Frame(n=256, rate_hz=2.56e6, iq=iq, scene=Chirp(**RADAR, velocity_mps=(-8, 8)), **options)
+
+
+@pytest.mark.parametrize("iq", [True, False])
+def test_targets_of_frames(iq):
+    sources = [{"range_m": 18, "velocity_mps": 3, "amplitude": 60}, {"range_m": 24, "velocity_mps": -5, "amplitude": 30}]
+    records = chirps(sources, snr_db=-8, iq=iq)
+    frame = framed(iq)
+    found = frame.targets(records)
+    # The middle of the frame.
+    middle = 31.5 * 120e-6 + 52e-6
+    assert len(found) == 2 and (found["verdict"] == "good").all() and found["usable"].all()
+    for row, source in zip(found, sources):
+        assert abs(row["range_m"] - source["range_m"] + source["velocity_mps"] * middle) < 5 * row["sigma_range_m"]
+        assert abs(row["velocity_mps"] - source["velocity_mps"]) < 5 * row["sigma_velocity_mps"]
+    assert abs(found["snr_db"] + [8, 14]).max() < 2 and frame.alias_mps == pytest.approx(16.19, abs=0.01)
+    # Frames, and receivers.
+    three = frame.targets(np.concatenate([records] * 3))
+    assert same(frame.targets(np.stack([records] * 3)), three)
+    assert three["frame"].tolist() == [0, 0, 1, 1, 2, 2] and (three["receiver"] == 0).all()
+    cube = np.stack([np.stack([records, np.zeros_like(records)], axis=1)] * 3)
+    both = frame.targets(cube)
+    assert same(both, three)
+    if iq:
+        assert same(frame.targets(records[..., 0] + 1j * records[..., 1]), found)
+    still, share = frame.background(records)
+    assert still.shape == (127,) and 0 < share < 0.1 and len(frame.targets(records, background=still)) == 2
+    loose = picket_dsp.Frame(n=256, rate_hz=2.56e6, iq=iq, scene=Chirp(**RADAR), period_s=120e-6, bins=(1, 100)).targets(records)
+    assert set(loose["ambiguity"]) <= {"", "several"} and len(loose) == 2
+
+
+def test_ranges_by_phase_and_what_they_rest_on():
+    chirp = Chirp(**RADAR)
+    by_phase = picket_dsp.PhaseRanging(n=256, rate_hz=2.56e6, iq=True, scene=chirp)
+    known = by_phase.calibrate(chirps([{"range_m": 1.0, "amplitude": 300, "phase_turns": 0.3}], snr_db=25), 1.0, 1e-6)
+    assert abs(known.phase_rad / 2 / np.pi - 0.3) < 5 * known.sigma_phase_rad / 2 / np.pi
+    plate = chirps([{"range_m": 2.345678, "amplitude": 300, "phase_turns": 0.3}], snr_db=25)
+    budget = picket_dsp.Uncertainty(slope_ppm=100, carrier_ppm=1, range_offset_m=1e-3)
+    row = framed(uncertainty=budget, calibration=known).targets(plate)[0]
+    assert row["phase_sure"] and abs(row["phase_range_m"] - 2.345678) < 5 * row["phase_uncertainty_range_m"] < 1e-4
+    assert row["budget_slope_range_m"] == pytest.approx(2.345678e-4, rel=1e-3)
+    ranges = picket_dsp.PhaseRanging(n=256, rate_hz=2.56e6, iq=True, scene=chirp, calibration=known).ranges(plate)
+    assert len(ranges) == 64 and abs(ranges["range_1_m"] - 2.345678).min() < 1e-4
+    parts = budget.budget(ranges, blocks=4)
+    assert parts["slope_range_m"][~ranges["sure"]] == pytest.approx(2.345678e-4, rel=1e-2)
+    assert parts["noise_range_m"] == pytest.approx(ranges["sigma_range_m"] / 2, rel=1e-5)
+    total = np.sqrt(sum(parts[name].astype(float) ** 2 for name in parts.dtype.names[2:] if name.endswith("range_m")))
+    assert parts["uncertainty_range_m"] == pytest.approx(total, rel=1e-5)
+    # Kept in a file, and read again.
+    place = pathlib.Path("radar.json")
+    known.save(place)
+    assert picket_dsp.Calibration.load(place) == known
+    place.unlink()
+
+
+def test_ways_and_sequences():
+    swing = {"range_m": 6, "amplitude": 300, "vibration": [{"amplitude_m": 20e-6, "frequency_hz": 100}]}
+    records = chirps([swing], count=512)
+    way = picket_dsp.Displacement(n=256, rate_hz=2.56e6, iq=True, scene=Chirp(**RADAR)).follow(records)
+    assert len(way) == 512 and (way["start"] == 0).all() and way["usable"].all()
+    time_s = np.arange(512) * 120e-6 + 52e-6
+    truth = 20e-6 * (np.sin(2 * np.pi * 100 * time_s) - np.sin(2 * np.pi * 100 * time_s[0]))
+    error = (way["displacement_m"] - truth) / way["sigma_displacement_m"]
+    assert 0.85 < np.std(error) < 1.15 and abs(np.mean(error)) < 5
+    records = chirps([{"range_m": 18, "velocity_mps": 2, "amplitude": 300}], snr_db=20)
+    sequence = picket_dsp.Sequence(n=256, rate_hz=2.56e6, iq=True, scene=Chirp(**RADAR, velocity_mps=(-8, 8)), period=307)
+    last = sequence.targets(records)[-1]
+    # A period of 307 samples is .07 % short of the true one.
+    assert last["block"] == 63 and abs(last["velocity_mps"] - 2) < 5 * last["sigma_velocity_mps"] + 2e-3
+
+
+@pytest.mark.parametrize(
+    "act, words",
+    [
+        (lambda: framed(chirps=12), "8, 16, ... 256"),
+        (lambda: framed(period_s=1e-6), "period"),
+        (lambda: framed(bins=(5, 500)), "band"),
+        (lambda: framed(false_alarm=2.0), "false-alarm"),
+        (lambda: framed(uncertainty=picket_dsp.Uncertainty(clock_ppm=-1)), "standard deviation"),
+        (lambda: framed().targets(np.zeros((60, 256, 2), np.int16)), "the array has 60 chirps"),
+        (lambda: framed().targets(np.zeros(256, np.int16)), "give .chirps, samples"),
+        (lambda: picket_dsp.Frame(rate_hz=1e6, scene=Doppler(carrier_hz=24e9)), "sawtooth"),
+        (lambda: picket_dsp.Displacement(rate_hz=1e6), "Doppler, or of a Chirp"),
+        (lambda: picket_dsp.PhaseRanging(rate_hz=1e6, scene=Doppler(carrier_hz=24e9)), "of a Chirp"),
+        (lambda: picket_dsp.Uncertainty(slope_ppm=1).budget(np.zeros(3)), "no range_m"),
+        (lambda: picket_dsp.Calibration.load(ROOT / "docs/schema.json"), "no calibration"),
+    ],
+)
+def test_what_frames_refuse(act, words):
+    with pytest.raises(ValueError, match=words):
+        act()

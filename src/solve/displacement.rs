@@ -4,8 +4,10 @@
 //! whole turns. The whole turns follow from other knowledge ([`Between`]): for a Doppler radar from the frequency itself, for a chirp from
 //! the target's low speed. If neither gives them for sure, the displacement restarts.
 
-use super::waveform::{Mixing, Scale, metres};
+use super::waveform::{Mixing, SPEED_OF_LIGHT, Scale, Shape, metres};
 use crate::acquire::sample::Stamp;
+use crate::config::{Scene, wavelength_along};
+use crate::error::ConfigError;
 use crate::math::fixed_point::to_f32;
 use crate::math::scalar::Scalar as _;
 use crate::tone::phasor::ToneWithPhase;
@@ -77,6 +79,35 @@ impl Unwrapper {
     pub fn new(wavelength_m: f64, mixing: Mixing, between: Between) -> Option<Self> {
         let metres_per_turn = f64::from(mixing.sign()) * wavelength_m / 2.0;
         Some(Self { scale: Scale::new(metres_per_turn)?, between, start: 0, last: None })
+    }
+
+    /// An unwrapper for the blocks of a Doppler scene, or for one record of `n` samples in each sawtooth chirp, whose targets turn the phase by less than
+    /// `most_turns` from chirp to chirp ([`Between::Turns`]).
+    ///
+    /// # Errors
+    /// [`ConfigError::Scene`] for another scene, the errors of [`Chirp::equations`](super::equations::Chirp::equations), and
+    /// [`ConfigError::Scale`].
+    pub fn of_scene(
+        scene: &Scene,
+        rate_hz: f64,
+        n: usize,
+        iq: bool,
+        most_turns: f32,
+    ) -> Result<Self, ConfigError> {
+        let unwrapper = match *scene {
+            Scene::Doppler { wavelength_m, angle_rad, mixing } => {
+                Self::new(wavelength_along(wavelength_m, angle_rad)?, mixing, Between::Frequency)
+            }
+            Scene::Chirp(ref chirp) if chirp.shape == Shape::Sawtooth => {
+                chirp.equations(rate_hz, n, iq)?;
+                let middle = (chirp.guard_s + 0.5 * n as f64 / rate_hz) / chirp.duration_s;
+                let mixing = if iq { chirp.mixing } else { Mixing::TxConjRx };
+                let wavelength_m = SPEED_OF_LIGHT / chirp.ramp(middle).carrier_hz;
+                Self::new(wavelength_m, mixing, Between::Turns(most_turns))
+            }
+            _ => return Err(ConfigError::Scene),
+        };
+        unwrapper.ok_or(ConfigError::Scale)
     }
 
     /// Takes the tone of the next block. [`Stamp::clock`] gives the distance between blocks.

@@ -168,17 +168,23 @@ impl Uncertainty {
             sigma_velocity: answer.sigma_velocity,
             ..Target::default()
         };
-        let mut budget = self.of_target(&target, 0.0);
-        if answer.is_sure() {
-            let far = to_f32(answer.range);
-            for part in &mut budget.parts {
-                part.range = match part.source {
-                    Source::Noise => part.range,
-                    Source::Carrier => (1e-6 * self.carrier_ppm * far).abs(),
-                    Source::Phase => self.phase_rad * wavelength_m / (4.0 * PI),
-                    Source::Clock | Source::Slope | Source::Angle | Source::RangeOffset => 0.0,
-                };
-            }
+        match answer.is_sure() {
+            true => self.of_range_by_phase(&target, wavelength_m),
+            false => self.of_target(&target, 0.0),
+        }
+    }
+
+    /// The budget of a target whose range is by a phase whose cycle is sure.
+    pub fn of_range_by_phase(&self, target: &Target, wavelength_m: f32) -> Budget {
+        let mut budget = self.of_target(target, 0.0);
+        let far = to_f32(target.range);
+        for part in &mut budget.parts {
+            part.range = match part.source {
+                Source::Noise => part.range,
+                Source::Carrier => (1e-6 * self.carrier_ppm * far).abs(),
+                Source::Phase => self.phase_rad * wavelength_m / (4.0 * PI),
+                Source::Clock | Source::Slope | Source::Angle | Source::RangeOffset => 0.0,
+            };
         }
         budget
     }

@@ -3,6 +3,11 @@
 //!
 //! Each field has a width of its own, and no structure has holes: a later field takes the place of `reserved` or stands at the end.
 
+mod columns;
+mod frames;
+
+pub use columns::{Column, columns};
+
 use crate::layout::{Form, Place, Structure};
 use picket_dsp::acquire::burst::Counters;
 use picket_dsp::acquire::sample::Segment;
@@ -24,6 +29,9 @@ pub trait View: Copy + Default {
 
     /// Calls `put` with the name and the value of each number, in order; not with those of `reserved`.
     fn each(&self, name: &'static str, put: &mut impl FnMut(&'static str, f64));
+
+    /// Sets the number of this name, where the value `own` has it. Whether there is one.
+    fn set(&mut self, own: &'static str, name: &str, value: f64) -> bool;
 }
 
 macro_rules! numbers {
@@ -36,6 +44,15 @@ macro_rules! numbers {
                 if !is_reserved(name) {
                     put(name, *self as f64);
                 }
+            }
+
+            fn set(&mut self, own: &'static str, name: &str, value: f64) -> bool {
+                let here = own == name && !is_reserved(own);
+                if here {
+                    // A cast saturates.
+                    *self = value as $number;
+                }
+                here
             }
         })*
     };
@@ -52,6 +69,10 @@ where
 
     fn each(&self, name: &'static str, put: &mut impl FnMut(&'static str, f64)) {
         self.iter().for_each(|value| value.each(name, put));
+    }
+
+    fn set(&mut self, _: &'static str, _: &str, _: f64) -> bool {
+        false
     }
 }
 
@@ -97,6 +118,10 @@ macro_rules! views {
 
                 fn each(&self, _: &'static str, put: &mut impl FnMut(&'static str, f64)) {
                     $(self.$field.each(stringify!($field), put);)*
+                }
+
+                fn set(&mut self, _: &'static str, name: &str, value: f64) -> bool {
+                    $(self.$field.set(stringify!($field), name, value))||*
                 }
             }
 
@@ -243,6 +268,102 @@ views! {
         reserved: u32,
     }
 
+    /// A target of a frame of chirps.
+    FrameTarget "picket_frame_target" {
+        /// in the middle of the frame; its candidates are aliases of the velocity
+        target: Target,
+        /// its beat in the middle of the frame, as picket_range_by_phase takes it; its verdict is without the aliases
+        line: Line,
+        /// covariance of range and velocity, m^2/s
+        covariance: f32,
+        /// natural logarithm of the probability that noise alone shows such a target
+        ln_chance: f32,
+    }
+
+    /// A range that agrees with a phase.
+    RangeCandidate "picket_range_candidate" {
+        /// range
+        range_m: f64,
+        /// its probability, 0 to 1
+        odds: f64,
+    }
+
+    /// A range by phase, or by frequency where the phase does not decide.
+    PhaseRange "picket_phase_range" {
+        /// by the phase if `sure`, else by the frequency
+        range_m: f64,
+        /// positive when approaching; NaN if it is not known
+        velocity_mps: f64,
+        /// the range by the frequency alone
+        by_frequency_m: f64,
+        /// ranges that agree with the phase, the most probable first
+        candidates: [RangeCandidate; CANDIDATES],
+        /// one standard deviation of the range by the noise
+        sigma_range_m: f32,
+        /// one standard deviation of the range by the noise and the calibration
+        uncertainty_range_m: f32,
+        /// one standard deviation of the velocity
+        sigma_velocity_mps: f32,
+        /// one standard deviation of the range by the frequency alone
+        sigma_by_frequency_m: f32,
+        /// one standard deviation of each candidate by the noise
+        sigma_by_phase_m: f32,
+        /// from one candidate to the next: half a wavelength
+        spacing_m: f32,
+        /// of the most probable candidate against all others together; sure from 10,000 on
+        turn_odds: f32,
+        /// 1 if the range is the one by the phase
+        sure: u8,
+        /// the most severe that applies
+        verdict: u8,
+        /// of the candidates
+        count: u8,
+        /// 0
+        reserved: u8,
+    }
+
+    /// The way of a target by the phase of its tone.
+    Displacement "picket_displacement" {
+        /// since the start; positive when the target went away
+        displacement_m: f64,
+        /// one standard deviation of it
+        sigma_displacement_m: f32,
+        /// the start from which it counts: displacements of different starts do not belong together
+        start: u32,
+        /// of the tone; unresolved where the whole turns are not sure
+        verdict: u8,
+        /// 0
+        reserved: [u8; 7],
+    }
+
+    /// One source's part of an error, as a standard deviation of the answer.
+    Part "picket_part" {
+        /// of the range
+        range_m: f32,
+        /// of the velocity
+        velocity_mps: f32,
+    }
+
+    /// The parts of an answer's error, and all of it: one standard deviation by the law of JCGM 100.
+    Budget "picket_budget" {
+        /// all parts together
+        uncertainty: Part,
+        /// of the block's noise; a mean over blocks lessens this one alone
+        noise: Part,
+        /// of the sample clock
+        clock: Part,
+        /// of the carrier
+        carrier: Part,
+        /// of the sweep's slope
+        slope: Part,
+        /// of the angle between beam and motion
+        angle: Part,
+        /// of the range's offset
+        range_offset: Part,
+        /// of the phase of a target at 0 m
+        phase: Part,
+    }
+
     /// What a user sets. Zeros are the library's own choice, except for the rate and the codes.
     Config "picket_config" {
         /// samples per second
@@ -333,6 +454,52 @@ views! {
         least: u32,
         /// 0
         reserved: u32,
+    }
+
+    /// A frame of sawtooth chirps.
+    Framing "picket_framing" {
+        /// from one chirp to the next, s
+        period_s: f64,
+        /// probability for each frame that noise alone shows a target; 0 is 1e-6
+        false_alarm: f64,
+        /// 8, 16, ... 256
+        chirps: u32,
+        /// the bins that are kept of each chirp; both 0: all that have a range
+        first_bin: i16,
+        /// the bins that are kept of each chirp; both 0: all that have a range
+        last_bin: i16,
+    }
+
+    /// What a measurement at a known distance tells of a sensor. Zeros are a perfect sensor.
+    Calibration "picket_calibration" {
+        /// the phase of a target at 0 m on the rising ramp
+        phase_rad: f32,
+        /// one standard deviation of it
+        sigma_phase_rad: f32,
+        /// what the frequency shows of a target at 0 m
+        offset_m: f32,
+        /// one standard deviation of it
+        sigma_offset_m: f32,
+        /// the sweep's true slope over the stated one less 1, parts per million
+        slope_ppm: f32,
+        /// one standard deviation of it
+        sigma_slope_ppm: f32,
+    }
+
+    /// What is not known of a sensor, each as one standard deviation. Zeros are known.
+    Uncertainty "picket_uncertainty" {
+        /// of the sample clock, parts per million
+        clock_ppm: f32,
+        /// of the carrier, parts per million
+        carrier_ppm: f32,
+        /// of the sweep's slope, parts per million
+        slope_ppm: f32,
+        /// of the angle between beam and motion
+        angle_rad: f32,
+        /// of the range's offset
+        range_offset_m: f32,
+        /// of the phase of a target at 0 m: for ranges by phase
+        phase_rad: f32,
     }
 
     /// Where and when a block was taken.

@@ -30,5 +30,6 @@ pub mod simulate;
 pub mod spectrogram;
 pub mod survey;
 pub mod trials;
+pub mod views;
 
 pub use picket_recording as recording;

@@ -98,6 +98,7 @@ impl Array {
             iq: cube.complex,
             length: Some(cube.length()),
             row: Some(cube.samples),
+            frame: cube.frame(),
             axes: Some(cube.axes),
             notes: vec![cube.note.clone()],
             ..Opened::new(Unit::FREE, Box::new(source))

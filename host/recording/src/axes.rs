@@ -124,6 +124,7 @@ pub(super) struct Cube {
     /// Records of all receivers.
     records: u64,
     pub complex: bool,
+    chirps: Option<u64>,
     /// Sides and steps between their neighbours, in numbers, of the records in their order: the receivers last.
     order: Vec<(u64, u64)>,
     receivers: u64,
@@ -205,6 +206,7 @@ impl Cube {
             samples,
             records: order.iter().map(|it| it.0).product::<u64>() / receivers,
             complex: complex || pairs.is_some(),
+            chirps: of(Axis::Chirp).map(|it| it.0).reduce(|all, side| all.saturating_mul(side)),
             order,
             receivers,
             picked: picked - 1,
@@ -217,6 +219,11 @@ impl Cube {
     /// Samples of all records.
     pub fn length(&self) -> u64 {
         self.records.saturating_mul(self.samples)
+    }
+
+    /// Records of a frame, where a side counts chirps.
+    pub fn frame(&self) -> Option<u64> {
+        self.chirps
     }
 
     /// How the records lie behind each other in the file: in all of the others' places only other receivers'.

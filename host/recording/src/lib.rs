@@ -142,6 +142,8 @@ struct Opened {
     source: Box<dyn Source>,
     /// Samples of a record, if the recording has separate ones.
     row: Option<u64>,
+    /// Such records in a frame.
+    frame: Option<u64>,
     axes: Option<Axes>,
     /// How its samples lie in time.
     clock: Option<Clock>,
@@ -152,8 +154,9 @@ struct Opened {
 impl Opened {
     /// Real samples without any description.
     fn new(unit: Unit, source: Box<dyn Source>) -> Self {
-        let (rate_hz, length, row, axes, clock) = (None, None, None, None, None);
-        Self { rate_hz, iq: false, length, unit, source, row, axes, clock, notes: Vec::new() }
+        let (rate_hz, length, row, frame, axes, clock) = (None, None, None, None, None, None);
+        let notes = Vec::new();
+        Self { rate_hz, iq: false, length, unit, source, row, frame, axes, clock, notes }
     }
 }
 
@@ -165,6 +168,7 @@ pub struct Recording {
     length: Option<u64>,
     scaling: Scaling,
     row: Option<u64>,
+    frame: Option<u64>,
     axes: Option<Axes>,
     clock: Option<Clock>,
     notes: Vec<String>,
@@ -264,7 +268,8 @@ impl Recording {
             let first = Held { samples: begin.into_iter() };
             opened.source = Box::new(Chained { first, rest });
         }
-        let Opened { rate_hz, iq, length, source, row, axes, mut clock, mut notes, .. } = opened;
+        let Opened { rate_hz, iq, length, source, row, frame, axes, mut clock, mut notes, .. } =
+            opened;
         let mut rate_hz = rate_hz;
         if let Some(timing) = timing {
             clock = timing.clock;
@@ -284,6 +289,7 @@ impl Recording {
             length,
             scaling,
             row,
+            frame,
             axes,
             clock,
             notes,
@@ -318,6 +324,11 @@ impl Recording {
     /// Samples of each record, where the recording is a row of records with pauses of unknown length between them, as of chirps.
     pub fn row(&self) -> Option<u64> {
         self.row
+    }
+
+    /// Records of a frame, where an array's sides count chirps: all of them where none counts frames.
+    pub fn frame(&self) -> Option<u64> {
+        self.frame
     }
 
     /// What the sides of the array count that it was read from.

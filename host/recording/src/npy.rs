@@ -155,6 +155,7 @@ fn records(
         iq: cube.complex,
         length: Some(cube.length()),
         row: Some(cube.samples),
+        frame: cube.frame(),
         axes: Some(cube.axes),
         notes: vec![cube.note.clone()],
         ..Opened::new(Unit::FREE, Box::new(Held { samples: Vec::new().into_iter() }))

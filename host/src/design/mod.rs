@@ -1,11 +1,14 @@
 //! `picket design`: what a rate, a length and a level give, and which of them a wanted sigma or span needs.
 
+mod budget;
 pub mod sheet;
 
 use crate::cli;
 use clap::Args;
 use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyle};
 use picket_dsp::config::SPEED_OF_LIGHT;
+use picket_dsp::solve::uncertainty::Uncertainty;
+use picket_measure::analyze::told;
 use picket_measure::length;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::{Value, json};
@@ -51,6 +54,10 @@ pub struct Options {
     /// Wanted sigma of the range
     #[arg(long, value_name = "M", value_parser = cli::positive, requires = "bandwidth_hz")]
     sigma_m: Option<f64>,
+    /// Errors of the sensor, one standard deviation each, as in clock_ppm=20,slope_ppm=100: prints the whole error of the fastest or farthest
+    /// target, source by source
+    #[arg(long, value_name = "NAME=SIGMA,...", value_parser = told::uncertainty)]
+    uncertainty: Option<Uncertainty>,
     /// Prints one JSON object per length, and one with the settings
     #[arg(long)]
     json: bool,
@@ -115,6 +122,14 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
         }
     } else {
         cli::print(&text(&design));
+    }
+    let known = options.uncertainty.as_ref();
+    let place = [options.range_m, options.velocity_mps];
+    if let Some(whole) = known.and_then(|known| budget::Whole::of(&design, known, place)) {
+        match options.json {
+            true => cli::print_line(&whole.json().to_string()),
+            false => cli::print(&whole.text()),
+        }
     }
     if let Some(settings) = design.settings() {
         let value = || serde_json::from_str::<Value>(&settings).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! The file of a recording.
+//! The file of a recording: the whole of it, or as an array the records that its waveform has.
 
 use picket_simulator::Scene;
 use std::io::Cursor;
@@ -37,6 +37,38 @@ pub fn bytes(file: &Path, scene: &Scene, codes: &[[i16; 2]]) -> Result<Vec<u8>, 
     Ok(bytes.into_inner())
 }
 
+/// An array of NumPy's with the records of the scene's waveform, which are those of its segments one by one, or else with all samples: sides
+/// (records, samples), and 2 for I and Q.
+///
+/// # Errors
+/// The scene cannot be.
+pub fn array(scene: &Scene) -> Result<(Vec<u8>, String), String> {
+    let parts = if scene.receiver.iq { 2 } else { 1 };
+    let n = scene.waveform.as_ref().filter(|wave| wave.guard_s.is_some()).map(|wave| wave.samples);
+    let (sides, codes) = match n.filter(|n| *n > 0) {
+        None => {
+            let codes = scene.codes(0)?;
+            (codes.len().to_string(), codes)
+        }
+        Some(n) => {
+            let mut run = scene.run(0)?;
+            let records = scene.records(n);
+            let codes = (0..records).flat_map(|index| run.record(index, n)).collect();
+            (format!("{records}, {n}"), codes)
+        }
+    };
+    let sides = match (parts, sides.contains(',')) {
+        (2, _) => format!("{sides}, 2"),
+        (_, true) => sides,
+        (_, false) => format!("{sides},"),
+    };
+    let header = format!("{{'descr': '<i2', 'fortran_order': False, 'shape': ({sides}), }}\n");
+    let words = codes.iter().flat_map(|code| code.iter().take(parts));
+    let data: Vec<u8> = words.flat_map(|word| word.to_le_bytes()).collect();
+    let length = (header.len() as u16).to_le_bytes();
+    Ok(([b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), &data].concat(), sides))
+}
+
 /// What the file is, in a line.
 pub fn line(scene: &Scene, samples: usize) -> String {
     let (rate_hz, converter) = (scene.rate_hz, &scene.converter);
@@ -49,6 +81,28 @@ pub fn line(scene: &Scene, samples: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_array_has_the_records() {
+        let waveform = picket_simulator::scene::Waveform {
+            shape: picket_simulator::scene::Shape::Sawtooth,
+            carrier_hz: 24e9,
+            bandwidth_hz: 2e8,
+            ramp_s: 1.1e-3,
+            period_s: 2e-3,
+            guard_s: Some(1e-5),
+            samples: 1000,
+            ..picket_simulator::scene::Waveform::default()
+        };
+        let mut scene = Scene { rate_hz: 1e6, seconds: 0.01, ..Scene::default() };
+        assert!(array(&scene).unwrap().1 == "10000,");
+        scene.waveform = Some(waveform);
+        let (bytes, sides) = array(&scene).unwrap();
+        assert_eq!((&sides[..], &bytes[..6]), ("5, 1000", &b"\x93NUMPY"[..]));
+        scene.receiver.iq = true;
+        let (twice, sides) = array(&scene).unwrap();
+        assert_eq!((&sides[..], twice.len()), ("5, 1000, 2", bytes.len() + 3 + 10_000));
+    }
 
     #[test]
     fn a_file_is_of_its_kind() {

@@ -14,19 +14,23 @@ use std::process::ExitCode;
 use truth::Told;
 
 /// The scenes of docs/recipes.
-const RECIPES: [(&str, &str); 3] = [
+const RECIPES: [(&str, &str); 5] = [
     ("hb100", include_str!("scenes/hb100.json")),
     ("laser", include_str!("scenes/laser.json")),
     ("fmcw", include_str!("scenes/fmcw.json")),
+    ("cars", include_str!("scenes/cars.json")),
+    ("tank", include_str!("scenes/tank.json")),
 ];
 
 /// Simulates a sensor and writes its recording: a recipe of docs/recipes, or a scene in a JSON file (docs/scenes.md). Prints the truth.
 #[derive(Args, Debug)]
 pub struct Options {
-    /// hb100 (a person who walks), laser (particles in fringes), fmcw (a corner reflector), or the JSON file of a scene
+    /// hb100 (a person who walks), laser (particles in fringes), fmcw (a corner reflector), cars (frames of chirps), tank (a level), or the JSON
+    /// file of a scene
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
-    /// The file to write: a .wav of 16 bits, or raw little-endian 16-bit integers; I and Q in turn
+    /// The file to write: a .wav of 16 bits; a .npy with a row for each record, if the scene's waveform has samples; or raw little-endian
+    /// 16-bit integers. I and Q in turn
     file: PathBuf,
     /// Distance of the first source at the start, m [default: the scene's]
     #[arg(long, value_name = "M", value_parser = cli::positive)]
@@ -111,12 +115,21 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
     }
     let told = |error| format!("{}: {error}", name.display());
     let known = Told::new(&scene).map_err(told)?;
-    let codes = scene.codes(0).map_err(told)?;
-    output.write(file, &file::bytes(file, &scene, &codes)?)?;
+    let is_array = file.extension().is_some_and(|end| end.eq_ignore_ascii_case("npy"));
+    let what = if is_array {
+        let (bytes, sides) = file::array(&scene).map_err(told)?;
+        output.write(file, &bytes)?;
+        let samples = (scene.seconds * scene.rate_hz).round() as usize;
+        format!("({}), {}", sides.trim_end_matches(','), file::line(&scene, samples))
+    } else {
+        let codes = scene.codes(0).map_err(told)?;
+        output.write(file, &file::bytes(file, &scene, &codes)?)?;
+        file::line(&scene, codes.len())
+    };
     if let Some(truth) = truth {
         output.write(truth, known.csv().as_bytes())?;
     }
-    outln!("{}: {}", file.display(), file::line(&scene, codes.len()));
+    outln!("{}: {what}", file.display());
     for line in known.lines() {
         outln!("{line}");
     }
@@ -152,7 +165,7 @@ mod tests {
 
     #[test]
     fn the_first_source_goes_where_it_is_put() {
-        let [mut hb100, mut laser, _] = RECIPES.map(|(_, json)| Scene::from_json(json).unwrap());
+        let [mut hb100, mut laser, ..] = RECIPES.map(|(_, json)| Scene::from_json(json).unwrap());
         place(&mut hb100, 30.0).unwrap();
         drive(&mut hb100, -0.7).unwrap();
         let truth = hb100.run(0).unwrap().truth(0, 0.0, 4);
@@ -174,6 +187,6 @@ mod tests {
     #[test]
     fn what_is_no_scene_is_told() {
         let error = scene(Path::new("no-such")).unwrap_err();
-        assert!(error.contains("give hb100, laser, fmcw or the JSON file"), "{error}");
+        assert!(error.contains("give hb100, laser, fmcw, cars, tank or the JSON file"), "{error}");
     }
 }

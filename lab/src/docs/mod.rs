@@ -6,6 +6,7 @@ mod boards;
 mod claims;
 mod compare;
 mod computed;
+mod doors;
 mod figures;
 mod listings;
 mod performance;
@@ -78,7 +79,7 @@ impl Table {
 }
 
 fn tables() -> impl Iterator<Item = &'static Table> {
-    let pages: [&'static [Table]; 7] = [
+    let pages: [&'static [Table]; 8] = [
         computed::TABLES,
         performance::TABLES,
         boards::TABLES,
@@ -86,6 +87,7 @@ fn tables() -> impl Iterator<Item = &'static Table> {
         typed::TABLES,
         claims::TABLES,
         protocol::TABLES,
+        doors::TABLES,
     ];
     pages.into_iter().flatten()
 }

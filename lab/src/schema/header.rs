@@ -5,12 +5,15 @@ use picket_wire::layout::{Form, Structure};
 use picket_wire::view::{CONSTANTS, Constant, VIEWS};
 
 /// The structures that a program fills; the others come out.
-const GIVEN: [&str; 6] = [
+const GIVEN: [&str; 9] = [
     "picket_config",
     "picket_scene",
     "picket_following",
     "picket_accumulating",
     "picket_trigger",
+    "picket_framing",
+    "picket_calibration",
+    "picket_uncertainty",
     "picket_stamp",
 ];
 

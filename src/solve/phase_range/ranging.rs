@@ -263,7 +263,7 @@ impl PhaseRanging {
             .to_bits()
             .wrapping_sub(ramp.cycles.at(known).to_bits());
         let turns = rest as i32 as f32 / 4_294_967_296.0;
-        let slope = TAU * ramp.cycles.slope_at(known);
+        let slope = self.radians_per_metre(known);
         let calibration = Calibration {
             phase_rad: self.sign * TAU * turns,
             sigma_phase_rad: libm::hypotf(self.sigma_phase(phasor), slope * sigma_m),
@@ -272,6 +272,12 @@ impl PhaseRanging {
             ..self.calibration
         };
         calibration.is_valid().then_some(calibration)
+    }
+
+    /// By how much the phase on the rising ramp turns for a metre more at this range.
+    pub(super) fn radians_per_metre(&self, range: I32F32) -> f32 {
+        let [rising, _] = &self.ramps;
+        TAU * rising.cycles.slope_at(range)
     }
 
     fn ramp(&self, segment: Segment) -> &Ramp {

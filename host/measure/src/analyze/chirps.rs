@@ -1,20 +1,23 @@
 //! Ranges and velocities of a recording of chirps, ramp by ramp.
 
-use super::Style;
 use super::cut::{self, Cut};
+use super::frames;
+use super::told::Told;
 use super::unfit::{Tally, Unfit};
-use crate::cli::print_line;
 use crate::follow::record;
 use crate::recording::Recording;
 use crate::simulate::Kind;
-use crate::{length, with_record};
-use picket_dsp::acquire::sample::Stamp;
+use crate::{length, views, with_record};
+use picket_dsp::acquire::sample::{Segment, Stamp};
 use picket_dsp::config::{Config, SPEED_OF_LIGHT, Scene};
 use picket_dsp::pipeline::{Outcome, Pipeline};
+use picket_dsp::solve::phase_range::PhaseRanging;
 use picket_dsp::tone::effort::Effort;
 use picket_dsp::{Chirp, Mixing, Shape};
 use picket_transform::num_complex::Complex;
+use picket_wire::view;
 use serde::Serialize;
+use serde_json::{Map, Value};
 use std::path::Path;
 
 /// What is known of the radar.
@@ -34,10 +37,12 @@ pub struct Radar {
     pub velocity_mps: Option<(f64, f64)>,
     /// The effort for lines that are not steady tones.
     pub effort: Effort,
+    /// The probability of a false alarm in a frame, where it is told.
+    pub false_alarm: Option<f64>,
 }
 
 /// A chirp's target. The keys are those of the JSON lines.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Found {
     /// The chirp's number.
     pub chirp: u64,
@@ -51,6 +56,9 @@ pub struct Found {
     pub range_m: f64,
     /// One standard deviation of it.
     pub sigma_range_m: f64,
+    /// The range by phase, where that was asked for and there is a tone for it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub phase: Option<Map<String, Value>>,
     /// The velocity, positive when approaching; absent where one ramp does not show it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub velocity_mps: Option<f64>,
@@ -63,11 +71,24 @@ pub struct Found {
     pub verdict: &'static str,
 }
 
+/// What is found.
+#[derive(Debug)]
+pub enum Finding {
+    /// A chirp's target.
+    Chirp(Found),
+    /// A frame's target.
+    Frame(Box<frames::Found>),
+}
+
 /// How the records lie in the ramps, in samples.
-struct Ramps {
-    n: usize,
-    hop: usize,
-    guard: usize,
+#[derive(Clone, Copy, Debug)]
+pub struct Ramps {
+    /// Samples of a record.
+    pub n: usize,
+    /// From one ramp's first sample in the recording to the next one's.
+    pub hop: usize,
+    /// Samples that are left out before each record.
+    pub skip: usize,
 }
 
 impl Radar {
@@ -77,18 +98,51 @@ impl Radar {
     }
 
     /// A record is the end of its ramp, whose beginning settles; of records of their own it is their end.
-    fn ramps(&self, recording: &Recording, n: Option<usize>) -> Result<Ramps, String> {
+    ///
+    /// # Errors
+    /// The ramps are shorter than a record, or do not repeat after a whole number of samples.
+    pub fn ramps(
+        &self,
+        recording: &Recording,
+        n: Option<usize>,
+        told: &Told,
+    ) -> Result<Ramps, String> {
         let rate_hz = recording.rate_hz();
         let ramp = (self.chirp_s * rate_hz).round() as usize;
         let row = recording.row().and_then(|row| usize::try_from(row).ok());
-        let hop = row.unwrap_or(ramp);
+        let hop = match (row, told.period_s) {
+            (Some(row), _) => row,
+            (None, None) => ramp,
+            (None, Some(period_s)) => {
+                let samples = period_s * rate_hz;
+                if (samples - samples.round()).abs() > 1e-3 || samples < 1.0 {
+                    return Err(format!(
+                        "a period of {period_s} s has {samples:.3} samples at {rate_hz} Hz: chirps that begin between samples are no frame"
+                    ));
+                }
+                samples.round() as usize
+            }
+        };
         let within = ramp.min(hop);
         let longest = || length::LENGTHS.into_iter().rev().find(|&n| n <= within);
         let n = n.or_else(longest).filter(|&n| n <= within).ok_or_else(|| {
             format!("a ramp of {} s has {ramp} samples at {rate_hz} Hz: give a longer --chirp-s, or --n 64", self.chirp_s)
         })?;
         length::check(n)?;
-        Ok(Ramps { n, hop, guard: within - n })
+        Ok(Ramps { n, hop, skip: within - n })
+    }
+
+    /// The waveform, whose records begin where they lie in the recording's ramps or where that is told.
+    pub fn chirp(&self, rate_hz: f64, ramps: &Ramps, told: &Told) -> Chirp {
+        Chirp {
+            shape: self.shape,
+            wavelength_m: SPEED_OF_LIGHT / self.carrier_hz,
+            bandwidth_hz: self.bandwidth_hz,
+            duration_s: self.chirp_s,
+            guard_s: told.guard_s.unwrap_or(ramps.skip as f64 / rate_hz),
+            mixing: self.mixing,
+            ..Chirp::default()
+        }
     }
 }
 
@@ -98,8 +152,9 @@ pub fn run(
     cut: &Cut,
     n: Option<usize>,
     radar: &Radar,
-    sink: &mut dyn FnMut(&Found),
-) -> Result<Tally, String> {
+    told: &Told,
+    sink: &mut dyn FnMut(&Finding),
+) -> Result<(Tally, bool), String> {
     let recording = Recording::open(file, cut.read).map_err(super::text)?;
     if !recording.knows_rate() {
         return Err("ranges need the sample rate: add --rate HZ".into());
@@ -107,28 +162,26 @@ pub fn run(
     if recording.clock().is_some_and(|clock| clock.walk_s > 0.0) {
         return Err(recording.clock().map_or(String::new(), |clock| cut::uneven(&clock, cut.n)));
     }
+    let ramps = radar.ramps(&recording, n, told)?;
+    if let Some(layout) = frames::layout(&recording, radar, told) {
+        let mut sink = |found: frames::Found| sink(&Finding::Frame(Box::new(found)));
+        let tally = frames::run(file, recording, cut, (&ramps, &layout), radar, told, &mut sink)?;
+        return Ok((tally, true));
+    }
     cut::assumed(file, &recording);
-    let ramps = radar.ramps(&recording, n)?;
-    with_record!(recording.iq(), ramps.n, R, N => chirps::<R, N>(recording, cut, &ramps, radar, sink))
+    with_record!(recording.iq(), ramps.n, R, N => chirps::<R, N>(recording, cut, &ramps, (radar, told), sink))
+        .map(|tally| (tally, false))
 }
 
 fn chirps<R: Kind, const N: usize>(
     recording: Recording,
     cut: &Cut,
     ramps: &Ramps,
-    radar: &Radar,
-    sink: &mut dyn FnMut(&Found),
+    (radar, told): (&Radar, &Told),
+    sink: &mut dyn FnMut(&Finding),
 ) -> Result<Tally, String> {
     let rate_hz = recording.rate_hz();
-    let chirp = Chirp {
-        shape: radar.shape,
-        wavelength_m: SPEED_OF_LIGHT / radar.carrier_hz,
-        bandwidth_hz: radar.bandwidth_hz,
-        duration_s: radar.chirp_s,
-        guard_s: ramps.guard as f64 / rate_hz,
-        mixing: radar.mixing,
-        ..Chirp::default()
-    };
+    let chirp = radar.chirp(rate_hz, ramps, told);
     let config = Config {
         scene: Scene::Chirp(chirp),
         band_hz: cut.band_hz,
@@ -139,8 +192,20 @@ fn chirps<R: Kind, const N: usize>(
         ..Config::new(rate_hz, cut.codes)
     };
     let mut pipeline = Box::new(Pipeline::<R, N>::new(config.plan::<R, N>().map_err(super::text)?));
+    let (calibration, sawtooth) = (told.calibration()?, radar.shape == Shape::Sawtooth);
+    let ranging = match told.phase {
+        true => {
+            let ranging = PhaseRanging::new(&chirp, rate_hz, N, R::IQ, calibration);
+            Some(ranging.map_err(super::text)?)
+        }
+        false => None,
+    };
+    if told.phase && sawtooth {
+        eprintln!("a sawtooth's range by phase is that of a target at rest");
+    }
+    let mut rising = None;
     let segments = radar.shape.segments();
-    let mut blocks = recording.blocks(N, ramps.hop, cut.skip + ramps.guard as u64);
+    let mut blocks = recording.blocks(N, ramps.hop, cut.skip + ramps.skip as u64);
     let (mut number, mut tally, mut begin) = (0u32, Tally::default(), 0.0);
     while let Some((start, samples)) = blocks.next_block().map_err(super::text)? {
         let unfit = Unfit::of(samples, cut.codes);
@@ -158,10 +223,21 @@ fn chirps<R: Kind, const N: usize>(
             continue;
         }
         let measurement = pipeline.block(&stamp, &record::<R, N>(&values));
+        let line = match told.phase {
+            true => pipeline.lines(&measurement, 1).first().copied(),
+            false => None,
+        };
+        if segment == Segment::Up {
+            rising = line;
+        }
         if let Outcome::Target(target) = measurement.result {
+            let phase = ranging.as_ref().and_then(|ranging| match sawtooth {
+                true => Some(ranging.at_rest(Segment::Up, &line?)),
+                false => Some(ranging.moving(&rising?, &line?, &target)),
+            });
             let tone = &measurement.tone;
             let known = target.velocity.is_some();
-            sink(&Found {
+            sink(&Finding::Chirp(Found {
                 chirp: u64::from(stamp.sequence) / segments.len() as u64,
                 time_s: begin,
                 frequency_hz: tone.hertz(),
@@ -172,55 +248,10 @@ fn chirps<R: Kind, const N: usize>(
                 sigma_velocity_mps: known.then(|| target.sigma_velocity.into()),
                 snr_db: tone.snr_db().into(),
                 verdict: target.verdict.name(),
-            });
+                phase: phase.map(|answer| views::object(&view::PhaseRange::from_answer(&answer))),
+            }));
         }
     }
     tally.check(cut.codes)?;
     Ok(tally)
-}
-
-/// Prints the headings of the targets.
-pub fn print_heading(style: Style) {
-    match style {
-        Style::Json => {}
-        Style::Csv => print_line(
-            "chirp,time_s,frequency_hz,sigma_hz,range_m,sigma_range_m,velocity_mps,sigma_velocity_mps,snr_db,verdict",
-        ),
-        Style::Text => print_line(&format!(
-            "{:>8} {:>11} {:>14} {:>10} {:>12} {:>10} {:>13} {:>10} {:>7}  verdict",
-            "chirp",
-            "time s",
-            "beat Hz",
-            "sigma",
-            "range m",
-            "sigma",
-            "velocity m/s",
-            "sigma",
-            "SNR dB"
-        )),
-    }
-}
-
-/// Prints a target.
-pub fn print(found: &Found, style: Style) {
-    let Found { chirp, time_s, frequency_hz, sigma_hz, range_m, sigma_range_m, .. } = found;
-    let Found { velocity_mps, sigma_velocity_mps, snr_db, verdict, .. } = found;
-    match style {
-        Style::Json => print_line(&serde_json::to_string(found).unwrap_or_default()),
-        Style::Csv => {
-            let [velocity, sigma] = [velocity_mps, sigma_velocity_mps]
-                .map(|x| x.map_or(String::new(), |x| x.to_string()));
-            print_line(&format!(
-                "{chirp},{time_s},{frequency_hz},{sigma_hz},{range_m},{sigma_range_m},{velocity},{sigma},{snr_db},{verdict}"
-            ));
-        }
-        Style::Text => {
-            let [velocity, sigma] = [velocity_mps, sigma_velocity_mps]
-                .map(|x| x.map_or("-".into(), |x| format!("{x:.4}")));
-            print_line(&format!(
-                "{chirp:>8} {time_s:>11.4} {frequency_hz:>14.4} {sigma_hz:>10.4} {range_m:>12.6} {sigma_range_m:>10.6} {velocity:>13} {sigma:>10} \
-                 {snr_db:>7.1}  {verdict}"
-            ));
-        }
-    }
 }

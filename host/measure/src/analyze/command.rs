@@ -3,12 +3,16 @@
 use super::accumulated::{self, Sum};
 use super::bursts;
 use super::carrier::Carrier;
-use super::chirps::{self, Radar};
+use super::chirps::{self, Finding as Ranged, Radar};
 use super::clock::Reference;
 use super::cut::Cut;
+use super::displacement::{self, Sensor};
 use super::fundamental;
 use super::input::Input;
+use super::known;
+use super::ranges;
 use super::several::{self, Finding, Search, Sought};
+use super::told::Told;
 use super::{self as analyze, Analysis, Style};
 use crate::arithmetic::Arithmetic;
 use crate::follow::{self, Pursuit, Sighting};
@@ -56,6 +60,8 @@ pub struct Options {
     /// Limits of the targets' velocities, m/s; without them a sawtooth's range is ambiguous
     #[arg(long, value_name = "LO:HI", value_parser = crate::band::parse, allow_hyphen_values = true, requires = "chirp_s")]
     velocity_mps: Option<(f64, f64)>,
+    #[command(flatten)]
+    told: Told,
     /// The recording is of a tone of this frequency: returns the error of the converter's clock
     #[arg(long, value_name = "HZ", value_parser = cli::positive_hertz, conflicts_with_all = ["method", "chirp_s", "carrier_hz"])]
     reference: Option<f64>,
@@ -159,9 +165,36 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
             SHAPES.iter().find(|it| it.0 == options.shape).map_or(Shape::Sawtooth, |it| it.1);
         let (mixing, velocity_mps) = (options.mixing, options.velocity_mps);
         let effort = options.input.effort;
-        let radar =
-            Radar { shape, carrier_hz, bandwidth_hz, chirp_s, mixing, velocity_mps, effort };
+        let usual = Config::new(1.0, codes).false_alarm;
+        let false_alarm = Some(options.input.false_alarm).filter(|asked| *asked != usual);
+        let radar = Radar {
+            shape,
+            carrier_hz,
+            bandwidth_hz,
+            chirp_s,
+            mixing,
+            velocity_mps,
+            effort,
+            false_alarm,
+        };
+        if let Some(range) = options.told.known_m {
+            let file = &options.input.file;
+            if let Some(path) = &options.told.save {
+                options.output.check(path, &[file])?;
+            }
+            let told = (&radar, &options.told);
+            let (known, ramps, tally) = known::run(file, &cut, options.input.n, told, range)?;
+            known::tell(&known, range, ramps, style, options.told.save.as_deref())?;
+            tally.tell(cli::name(file), cut.codes);
+            return Ok(ended(tally.left_out()));
+        }
+        if options.told.displacement {
+            return way(options, cut, style, &Sensor::Chirps(radar));
+        }
         return ranges(options, cut, style, &radar);
+    }
+    if let Some(carrier) = options.carrier().filter(|_| options.told.displacement) {
+        return way(options, cut, style, &Sensor::Wave(carrier));
     }
     if options.burst {
         return burst(options, cut, style);
@@ -289,21 +322,47 @@ fn several(options: &Options, cut: Cut, style: Style, sought: Sought) -> Result<
     Ok(ended(tally.left_out()))
 }
 
-/// Ranges and velocities, chirp by chirp.
+/// Ranges and velocities, chirp by chirp or frame by frame.
 fn ranges(options: &Options, cut: Cut, style: Style, radar: &Radar) -> Result<ExitCode, String> {
     let mut none = true;
     let file = &options.input.file;
-    let mut sink = |found: &chirps::Found| {
+    let mut sink = |found: &Ranged| {
         if std::mem::take(&mut none) {
-            chirps::print_heading(style);
+            ranges::print_heading(found, style);
         }
-        chirps::print(found, style);
+        ranges::print(found, style);
     };
-    let tally = chirps::run(file, &cut, options.input.n, radar, &mut sink)?;
-    if none {
+    let (tally, framed) =
+        chirps::run(file, &cut, options.input.n, radar, &options.told, &mut sink)?;
+    if none && framed {
+        let frames = tally.blocks;
+        eprintln!(
+            "no target in {frames} frames: is --chirp-s one ramp's? Of I/Q samples --mixing tells where targets approach"
+        );
+    } else if none {
         return Err(
             "no chirp has a target: is --skip at the first ramp, and --chirp-s one ramp's?".into(),
         );
+    }
+    tally.tell(cli::name(file), cut.codes);
+    Ok(ended(tally.left_out()))
+}
+
+/// The way of the strongest target, and what swings in it.
+fn way(options: &Options, cut: Cut, style: Style, sensor: &Sensor) -> Result<ExitCode, String> {
+    let mut none = true;
+    let file = &options.input.file;
+    let mut sink = |moved: &displacement::Moved| {
+        if std::mem::take(&mut none) {
+            displacement::print_heading(style);
+        }
+        displacement::print(moved, style);
+    };
+    let told = (sensor, &options.told);
+    let (tally, swings) = displacement::run(file, &cut, options.input.n, told, &mut sink)?;
+    swings.iter().for_each(|swing| displacement::print_swing(swing, style));
+    if none {
+        return Err("no block has a tone: a way is that of the strongest target".into());
     }
     tally.tell(cli::name(file), cut.codes);
     Ok(ended(tally.left_out()))

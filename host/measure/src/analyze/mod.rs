@@ -7,9 +7,14 @@ pub mod chirps;
 pub mod clock;
 pub mod command;
 pub mod cut;
+pub mod displacement;
+pub mod frames;
 pub mod fundamental;
 pub mod input;
+pub mod known;
+pub mod ranges;
 pub mod several;
+pub mod told;
 pub mod unfit;
 
 use self::carrier::{Carrier, Speed};

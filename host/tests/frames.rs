@@ -1,0 +1,233 @@
+//! Arrays of chirps: targets of frames, ranges by phase and ways, beside the truth of the scene.
+
+use crate::cli::{ANALYZE, file, lines, refused, run};
+use crate::sixty::npy;
+use picket_simulator::{Run, Scene};
+use serde_json::{Value, json};
+
+const N: usize = 256;
+
+/// A radar at 77 GHz: 300 MHz in a record of 100 us, a chirp each 120 us.
+const RADAR: [&str; 10] = [
+    "--rate",
+    "2.56M",
+    "--chirp-s",
+    "102e-6",
+    "--bandwidth-hz",
+    "306M",
+    "--carrier-hz",
+    "77G",
+    "--guard-s",
+    "2e-6",
+];
+
+/// Records of a scene in front of the radar, and their run.
+fn scene(chirps: usize, snr_db: f64, iq: bool, sources: Value) -> Run {
+    let scene = json!({
+        "seed": 62, "rate_hz": 2.56e6, "seconds": (chirps + 1) as f64 * 120e-6,
+        "waveform": {"shape": "sawtooth", "carrier_hz": 77e9, "bandwidth_hz": 306e6, "ramp_s": 102e-6, "guard_s": 2e-6,
+            "period_s": 120e-6, "samples": N},
+        "sources": sources,
+        "receiver": {"iq": iq, "noise": {"snr_db": snr_db}},
+    });
+    serde_json::from_value::<Scene>(scene).unwrap().run(0).unwrap()
+}
+
+/// The records as an array of NumPy's, and its file.
+fn array(name: &str, run: &mut Run, shape: &str, chirps: usize) -> String {
+    let iq = run.scene().receiver.iq;
+    let parts = if iq { 2 } else { 1 };
+    let words = (0..chirps).flat_map(|index| run.record(index, N));
+    let data = words.flat_map(|pair| pair[..parts].to_vec()).flat_map(i16::to_le_bytes).collect();
+    let shape = if iq { format!("{shape}, {N}, 2") } else { format!("{shape}, {N}") };
+    file(name, &npy("<i2", &shape, data))
+}
+
+fn target(range_m: f64, velocity_mps: f64, amplitude: f64) -> Value {
+    json!({"target": {"range_m": range_m, "velocity_mps": velocity_mps, "amplitude": amplitude, "phase_turns": 0}})
+}
+
+fn number(line: &Value, key: &str) -> f64 {
+    line[key].as_f64().unwrap_or_else(|| panic!("{key} of {line}"))
+}
+
+/// The middle of a frame of 64 chirps.
+fn middle_s(run: &Run, first: usize) -> f64 {
+    let ends = [first, first + 63].map(|index| run.scene().start_s(index, N));
+    f64::midpoint(ends[0], ends[1]) + 0.5 * (N - 1) as f64 / 2.56e6
+}
+
+/// Three frames, two targets in each, real and I/Q, at levels that no chirp shows.
+#[test]
+fn targets_of_frames() {
+    for iq in [true, false] {
+        let sources = json!([target(18.0, 3.0, 60.0), target(24.0, -5.0, 30.0)]);
+        let mut run = scene(192, -8.0, iq, sources);
+        let path = array(&format!("frames-{iq}.npy"), &mut run, "3, 64", 192);
+        let more =
+            ["--period-s", "120e-6", "--velocity-mps=-8:8", "--mixing", "tx-conj-rx", "--json"];
+        let all = lines(ANALYZE, &[&[&path[..]], &RADAR[..], &more[..]].concat());
+        assert_eq!(all.len(), 6, "{all:?}");
+        for (index, line) in all.iter().enumerate() {
+            assert_eq!(
+                (&line["frame"], &line["verdict"]),
+                (&json!(index / 2), &json!("good")),
+                "{line}"
+            );
+            let truth = run.truth(index % 2, middle_s(&run, 64 * (index / 2)), 1);
+            let range =
+                (number(line, "range_m") - truth.range_m.unwrap()) / number(line, "sigma_range_m");
+            let velocity = (number(line, "velocity_mps") - truth.velocity_mps.unwrap())
+                / number(line, "sigma_velocity_mps");
+            assert!(range.abs() < 5.0 && velocity.abs() < 5.0, "{range} {velocity}: {line}");
+            assert!(
+                (number(line, "snr_db") + 8.0 + 6.0 * (index % 2) as f64).abs() < 2.0,
+                "{line}"
+            );
+        }
+        // The same numbers for people and as a table.
+        let csv = run_text(
+            &[&[&path[..]], &RADAR[..], &more[..3], &["--mixing", "tx-conj-rx", "--csv"]].concat(),
+        );
+        let mut rows = csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
+        let heads = rows.next().unwrap();
+        let rows: Vec<_> = rows.collect();
+        assert!(rows.len() == 6 && rows.iter().all(|row| row.len() == heads.len()), "{csv}");
+        let column = heads.iter().position(|head| *head == "range_m").unwrap();
+        assert_eq!(rows[0][column].parse::<f64>().unwrap(), number(&all[0], "range_m"));
+    }
+}
+
+fn run_text(arguments: &[&str]) -> String {
+    let output = run(ANALYZE, arguments);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Without bounds the aliases of a velocity are told, and the truth is one of them; what was assumed stands in one line.
+#[test]
+fn aliases_and_what_was_assumed() {
+    let mut run = scene(64, -22.0, true, json!([target(18.0, 11.0, 30.0)]));
+    let path = array("alias.npy", &mut run, "64", 64);
+    let more = ["--period-s", "120e-6", "--mixing", "tx-conj-rx"];
+    let arguments = [&[&path[..]], &RADAR[..], &more[..]].concat();
+    let all = lines(ANALYZE, &[&arguments[..], &["--json"]].concat());
+    assert_eq!((all.len(), &all[0]["verdict"]), (1, &json!("ambiguous")), "{all:?}");
+    let candidates = all[0]["candidates"].as_array().unwrap();
+    let near = |it: &&Value| (number(it, "velocity_mps") - 11.0).abs() < 0.1;
+    let odds: f64 = candidates.iter().map(|it| number(it, "odds")).sum();
+    assert!(candidates.iter().any(|it| near(&it)) && (odds - 1.0).abs() < 1e-3, "{candidates:?}");
+    let output = super::cli::run(ANALYZE, &arguments);
+    let (text, said) =
+        [output.stdout, output.stderr].map(|it| String::from_utf8(it).unwrap()).into();
+    assert!(said.lines().count() == 1 && said.contains("64 chirps a frame"), "{said}");
+    assert!(text.lines().filter(|line| line.trim().starts_with("or ")).count() > 1, "{text}");
+    // Each chirp by itself.
+    let alone = lines(ANALYZE, &[&arguments[..], &["--chirps", "1", "--json"]].concat());
+    assert_eq!(alone.len(), 64);
+    refused(ANALYZE, &[&arguments[..], &["--chirps", "128"]].concat(), "give fewer --chirps");
+    refused(ANALYZE, &[&arguments[..], &["--chirps", "20"]].concat(), "8, 16, 32");
+    refused(ANALYZE, &[&arguments[..], &["--uncertainty", "clock=3"]].concat(), "clock_ppm");
+}
+
+/// A plate at rest: micrometres by the phase of the frame's beat, and the whole uncertainty beside sigma.
+#[test]
+fn ranges_by_phase() {
+    let mut run = scene(64, 20.0, true, json!([target(7.654321, 0.0, 300.0)]));
+    let path = array("plate.npy", &mut run, "64", 64);
+    let more = [
+        "--period-s",
+        "120e-6",
+        "--mixing",
+        "tx-conj-rx",
+        "--velocity-mps=-1:1",
+        "--phase",
+        "--uncertainty",
+        "carrier_ppm=1,slope_ppm=100,range_offset_m=1e-3",
+        "--json",
+    ];
+    let all = lines(ANALYZE, &[&[&path[..]], &RADAR[..], &more[..]].concat());
+    assert_eq!(all.len(), 1, "{all:?}");
+    let phase = &all[0]["phase"];
+    assert_eq!(phase["sure"], true, "{phase}");
+    let error = number(phase, "range_m") - 7.654321;
+    assert!(
+        error.abs() < 5.0 * number(phase, "sigma_range_m") && error.abs() < 5e-6,
+        "{error} {phase}"
+    );
+    let whole = |of: &Value| number(&of["budget"], "uncertainty_range_m");
+    assert!((whole(phase) / 7.654e-6 - 1.0).abs() < 0.1, "{phase}");
+    assert!((whole(&all[0]) / 1.26e-3 - 1.0).abs() < 0.1, "{}", all[0]);
+    assert!((number(&all[0]["budget"], "slope_range_m") - 0.765e-3).abs() < 1e-6, "{}", all[0]);
+}
+
+/// A reflector at a known range gives the phase at 0 m, by which another one's range is absolute.
+#[test]
+fn calibrated_by_a_known_range() {
+    let reflector = |range_m: f64| {
+        let mut target = target(range_m, 0.0, 300.0);
+        target["target"]["phase_turns"] = json!(0.3);
+        json!([target])
+    };
+    let known = array("known.npy", &mut scene(32, 25.0, true, reflector(1.0)), "32", 32);
+    let other = array("other.npy", &mut scene(64, 25.0, true, reflector(2.345678)), "64", 64);
+    let saved = crate::cli::fresh("radar.json");
+    let more = ["--period-s", "120e-6", "--mixing", "tx-conj-rx", "--json"];
+    let told = ["--known-m", "1.000:1e-6", "--save", &saved];
+    let all = lines(ANALYZE, &[&[&known[..]], &RADAR[..], &more[..], &told[..]].concat());
+    let turns = number(&all[0], "phase_rad") / std::f64::consts::TAU;
+    let sigma = number(&all[0], "sigma_phase_rad") / std::f64::consts::TAU;
+    assert!((turns - 0.3).abs() < 5.0 * sigma && sigma < 2e-3, "{}", all[0]);
+    let by = ["--velocity-mps=-1:1", "--phase", "--calibration", &saved];
+    let all = lines(ANALYZE, &[&[&other[..]], &RADAR[..], &more[..], &by[..]].concat());
+    let phase = &all[0]["phase"];
+    let error = (number(phase, "range_m") - 2.345678) / number(phase, "uncertainty_range_m");
+    assert!(phase["sure"] == true && error.abs() < 5.0, "{phase}");
+    refused(ANALYZE, &[&[&known[..]], &RADAR[..], &told[..]].concat(), "--force");
+    refused(ANALYZE, &[&[&known[..]], &RADAR[..], &["--known-m", "x"]].concat(), "give metres");
+    let none = file("none.json", b"{}");
+    let no = ["--phase", "--calibration", &none];
+    refused(ANALYZE, &[&[&other[..]], &RADAR[..], &no[..]].concat(), "no calibration");
+}
+
+/// A plate that swings by 20 um at 100 Hz, and drifts.
+#[test]
+fn ways_and_swings() {
+    let plate = json!([{"target": {"range_m": 6.0, "velocity_mps": 1e-3, "amplitude": 300.0,
+        "vibration": [{"amplitude_m": 20e-6, "frequency_hz": 100.0, "phase_turns": 0.1}]}}]);
+    let mut run = scene(2048, 10.0, true, plate);
+    let path = array("swing.npy", &mut run, "2048", 2048);
+    let more = ["--period-s", "120e-6", "--mixing", "tx-conj-rx", "--displacement", "--json"];
+    let all = lines(ANALYZE, &[&[&path[..]], &RADAR[..], &more[..]].concat());
+    let (swings, ways): (Vec<_>, Vec<_>) = all.iter().partition(|line| !line["swing"].is_null());
+    assert!(ways.len() == 2048 && ways.iter().all(|line| line["verdict"] == "good"), "{}", ways[0]);
+    let truth = |block: usize| {
+        let time_s = run.scene().start_s(block, N) + 0.5 * N as f64 / 2.56e6;
+        run.truth(0, time_s, 1).range_m.unwrap()
+    };
+    let off = |line: &Value| {
+        let block = line["block"].as_u64().unwrap() as usize;
+        (number(line, "displacement_m") - truth(block) + truth(0))
+            / number(line, "sigma_displacement_m")
+    };
+    // The first block's error is part of all.
+    let first = ways.iter().map(|line| off(line)).sum::<f64>() / 2048.0;
+    let square = ways.iter().map(|line| (off(line) - first).powi(2)).sum::<f64>() / 2048.0;
+    assert!(first.abs() < 5.0 && (0.9..1.1).contains(&square.sqrt()), "{first} {square}");
+    let swing = swings[0];
+    let within = |key: &str, truth: f64| {
+        let error = (number(swing, key) - truth) / number(swing, &format!("sigma_{key}"));
+        assert!(error.abs() < 5.0, "{key}: {error} of {swing}");
+    };
+    within("amplitude_m", 20e-6);
+    assert!(
+        (number(swing, "frequency_hz") - 100.0).abs() < 5.0 * number(swing, "sigma_hz"),
+        "{swing}"
+    );
+    within("velocity_mps", 20e-6 * std::f64::consts::TAU * 100.0);
+    refused(
+        ANALYZE,
+        &[&[&path[..]], &RADAR[..], &["--displacement", "--shape", "triangle"]].concat(),
+        "sawtooth",
+    );
+}
