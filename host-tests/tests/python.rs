@@ -10,10 +10,15 @@ use host_tests::figures::hold;
 use host_tests::needed;
 use picket_dsp::acquire::sample::{Iq, Real, Record};
 use picket_dsp::{Codes, Verdict};
+use picket_host::analyze::chirps::{self, Finding, Radar};
+use picket_host::analyze::cut::Cut;
+use picket_host::analyze::told::{self, Told};
 use picket_host::analyze::{self, Analysis};
 use picket_host::arithmetic::Arithmetic;
 use picket_host::recording::{self, Format};
 use picket_host::toolchain::{build_wheel, environment, workspace};
+use picket_host::views;
+use picket_wire::view;
 use same_bits::{Random, fill};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -64,7 +69,64 @@ fn cases() -> PathBuf {
         case::<Iq>(&place, n, &mut cases);
     }
     fs::write(place.join("cases.json"), serde_json::to_vec(&cases).unwrap()).unwrap();
+    frames(&place);
     place
+}
+
+/// An array of chirps, and the targets that `picket analyze` finds in its frames, with their ranges by phase and their errors, as JSON lines.
+fn frames(place: &Path) {
+    let mut scene = picket_host::recipe::scene(Path::new("cars")).unwrap();
+    scene.receiver.noise.snr_db = Some(0.0.into());
+    let codes = scene.codes(0).unwrap();
+    let words = codes.iter().flatten().flat_map(|word| word.to_le_bytes()).collect::<Vec<u8>>();
+    let file = place.join("chirps.npy");
+    let shape = format!("({}, 64, 256, 2)", codes.len() / 64 / 256);
+    let header = format!("{{'descr': '<i2', 'fortran_order': False, 'shape': {shape}, }}\n");
+    let length = (header.len() as u16).to_le_bytes();
+    let npy = [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), &words].concat();
+    fs::write(&file, npy).unwrap();
+    let known = "clock_ppm=20,carrier_ppm=1,slope_ppm=100,range_offset_m=1e-3,phase_rad=0.1";
+    let told = Told {
+        period_s: Some(120e-6),
+        guard_s: Some(2e-6),
+        phase: true,
+        uncertainty: Some(told::uncertainty(known).unwrap()),
+        ..Told::default()
+    };
+    let radar = Radar {
+        shape: picket_dsp::Shape::Sawtooth,
+        carrier_hz: 77e9,
+        bandwidth_hz: 306e6,
+        chirp_s: 102e-6,
+        mixing: picket_dsp::Mixing::TxConjRx,
+        velocity_mps: Some((-8.0, 8.0)),
+        effort: picket_dsp::Effort::default(),
+        false_alarm: None,
+    };
+    let cut = Cut {
+        read: recording::Options { rate_hz: Some(2.56e6), ..recording::Options::default() },
+        n: 256,
+        hop: 256,
+        skip: 0,
+        band_hz: None,
+        codes: Codes::signed::<16>(),
+        reach: picket_dsp::Reach::default(),
+        width: picket_dsp::Carrier::default(),
+    };
+    let mut lines = Vec::new();
+    let sink = &mut |finding: &Finding| {
+        let Finding::Frame(found) = finding else { panic!("a chirp") };
+        let (answer, of_phase) = found.phase.unwrap();
+        lines.push(serde_json::json!({
+            "target": views::object(&view::FrameTarget::from_found(&found.found)),
+            "budget": views::object(&view::Budget::from_budget(&found.budget.unwrap())),
+            "phase": views::object(&view::PhaseRange::from_answer(&answer)),
+            "phase_budget": views::object(&view::Budget::from_budget(&of_phase.unwrap())),
+        }));
+    };
+    chirps::run(&file, &cut, None, &radar, &told, sink).unwrap();
+    assert!(lines.len() >= 9);
+    fs::write(place.join("chirps.json"), serde_json::to_vec(&lines).unwrap()).unwrap();
 }
 
 fn case<R: Record>(place: &Path, n: usize, cases: &mut Vec<serde_json::Value>) {

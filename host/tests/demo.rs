@@ -555,6 +555,20 @@ fn a_laser_that_is_not_perfect() {
     }
 }
 
+/// Four cars before a radar with frames of chirps: likewise.
+#[test]
+fn cars_of_frames_have_no_ghosts() {
+    let seeds = if std::env::var_os("PICKET_LONG").is_some() { 8 } else { 1 };
+    for seed in 1..=seeds {
+        let (_, summary, right) = measured(&format!("--scenario cars --seed {seed}"));
+        println!("seed {seed}: {summary}");
+        assert!(right && number(&summary, "good") > 250.0, "seed {seed}: {summary}");
+        for sigmas in ["range_sigmas", "velocity_sigmas"] {
+            assert!((0.85..1.15).contains(&number(&summary, sigmas)), "seed {seed}: {summary}");
+        }
+    }
+}
+
 /// Four cars: nothing else is called good, and nearly all that can be are found. 10,200 chirps in the long form.
 #[test]
 fn traffic_has_no_ghosts() {

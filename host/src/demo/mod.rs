@@ -3,6 +3,7 @@
 //! A demonstration is a scene of [`crate::scenario`], what measures it, and what is shown of the answers: each file here says this of one, and the
 //! rest is the same for all.
 
+mod cars;
 pub mod drive;
 mod fan;
 mod feed;
@@ -71,6 +72,7 @@ pub fn measured(options: &Options) -> Result<Shown, DemoError> {
         Scenario::Turntable => table::turntable(options)?.shown(options),
         Scenario::Drive => drive::measured(options),
         Scenario::Traffic => traffic::measured(options),
+        Scenario::Cars => cars::measured(options),
         Scenario::Vibration => vibration::measured(options),
         Scenario::Ldv => ldv::measured(options),
         Scenario::Wind => wind::measured(options),

@@ -71,7 +71,7 @@ pub struct Options {
     #[arg(long, requires = "replay")]
     pub iq: bool,
 
-    /// Draw the scene to this file, svg or png; table3, drive and traffic draw the velocities to a second file next to it
+    /// Draw the scene to this file, svg or png; table3, drive, traffic and cars draw the velocities to a second file next to it
     #[arg(long, value_name = "FILE", value_parser = cli::picture, conflicts_with = "replay")]
     pub plot: Option<PathBuf>,
 
@@ -134,6 +134,8 @@ pub enum Scenario {
     Drive,
     /// Four cars whose ranges and speeds cross, all in each chirp of a lidar; by the library on this machine
     Traffic,
+    /// Such cars in front of a 77 GHz radar that sends frames of chirps, all in each frame; by the library on this machine
+    Cars,
     /// A plate at 30 cm that swings by 10 um in front of a 122 GHz radar, from the phase; by the library on this machine
     Vibration,
     /// Particles in a turbulent flow that cross a laser's fringes, by the burst processor; by the library on this machine, or the NUCLEO
@@ -184,12 +186,19 @@ impl Options {
 impl Scenario {
     /// Whether ranges and velocities are drawn, each in a picture.
     pub fn has_two_pictures(self) -> bool {
-        matches!(self, Scenario::Table3 | Scenario::Drive | Scenario::Traffic)
+        matches!(self, Scenario::Table3 | Scenario::Drive | Scenario::Traffic | Scenario::Cars)
     }
 
     /// Whether the core measures it on this machine, and no emulated board.
     pub fn is_by_the_core(self) -> bool {
-        matches!(self, Scenario::Traffic | Scenario::Vibration | Scenario::Ldv | Scenario::Wind)
+        matches!(
+            self,
+            Scenario::Traffic
+                | Scenario::Cars
+                | Scenario::Vibration
+                | Scenario::Ldv
+                | Scenario::Wind
+        )
     }
 }
 

@@ -23,23 +23,23 @@ const EDGE_BINS: f64 = 4.0;
 /// The share of those cars that must be found.
 const FOUND: f64 = 0.95;
 
-/// One chirp. The keys are those of the JSON lines.
+/// One chirp or frame. The keys are those of the JSON lines.
 #[derive(Serialize)]
-struct Row {
-    row: usize,
-    time_s: f64,
-    cars: Vec<Car>,
-    /// What the chirp shows.
-    targets: Vec<Answer>,
+pub(super) struct Row {
+    pub row: usize,
+    pub time_s: f64,
+    pub cars: Vec<Car>,
+    /// What it shows.
+    pub targets: Vec<Answer>,
 }
 
 /// A car.
 #[derive(Clone, Copy, Serialize)]
-struct Car {
-    range_m: f64,
-    velocity_mps: f64,
-    /// Whether its three beats are three bins from any other.
-    apart: bool,
+pub(super) struct Car {
+    pub range_m: f64,
+    pub velocity_mps: f64,
+    /// Whether it can be told from any other.
+    pub apart: bool,
 }
 
 impl Car {
@@ -52,8 +52,24 @@ impl Car {
     }
 }
 
+/// What is said of the rows.
+pub(super) struct Told {
+    pub heading: String,
+    /// What a row is, of several.
+    pub what: &'static str,
+    /// Of cars that can be found.
+    pub found: &'static str,
+    /// The names of the pictures, and what stands above them.
+    pub name: [&'static str; 2],
+    pub title: &'static str,
+    pub seconds: f64,
+    /// The first row that is expected to know all cars, and from one row of the table to the next.
+    pub begin: usize,
+    pub every: usize,
+}
+
 /// The result over all chirps: whether only cars are called good, and nearly all that are visible are found.
-fn summary(rows: &[Row]) -> (Keys, String, bool) {
+fn summary(rows: &[Row], told: &Told) -> (Keys, String, bool) {
     let good = rows.iter().flat_map(|row| row.targets.iter().map(move |answer| (row, answer)));
     let good: Vec<_> = good.filter(|(_, answer)| answer.is_good()).collect();
     let sigmas: Vec<[f64; 2]> = good
@@ -65,17 +81,18 @@ fn summary(rows: &[Row]) -> (Keys, String, bool) {
         })
         .collect();
     let [range_sigmas, velocity_sigmas] = [0, 1].map(|what| rms(sigmas.iter().map(|s| s[what])));
-    // The first two of a run know no car yet.
-    let cars = rows.iter().skip(2).flat_map(|row| row.cars.iter().map(move |car| (row, car)));
+    let cars =
+        rows.iter().skip(told.begin).flat_map(|row| row.cars.iter().map(move |car| (row, car)));
     let cars: Vec<_> = cars.filter(|(_, car)| car.apart).collect();
     let is_found =
         |(row, car): &&(&Row, &Car)| row.targets.iter().any(|a| a.is_good() && car.has(a));
     let (apart, found) = (cars.len(), cars.iter().filter(is_found).count());
     let (chirps, good, ghosts) = (rows.len(), good.len(), good.len() - sigmas.len());
     let text = format!(
-        "{good} targets called good in {chirps} chirps, {ghosts} of them ghosts\n\
-         {found} of {apart} cars found whose three beats are {APART_BINS} bins from any other\n\
-         error over sigma   range {range_sigmas:.2}, velocity {velocity_sigmas:.2} (rms)\n"
+        "{good} targets called good in {chirps} {}, {ghosts} of them ghosts\n\
+         {found} of {apart} cars found {}\n\
+         error over sigma   range {range_sigmas:.2}, velocity {velocity_sigmas:.2} (rms)\n",
+        told.what, told.found
     );
     let right = ghosts == 0 && found as f64 >= FOUND * apart as f64;
     let all =
@@ -150,8 +167,34 @@ fn pairs(row: &Row) -> Vec<Keys> {
 /// Right: only cars are called good, and nearly all that are visible are found.
 pub(super) fn measured(options: &Options) -> Result<Shown, DemoError> {
     let rows = rows(options.seed, options.snr_db())?;
-    let (all, text, right) = summary(&rows);
-    let shown: Vec<Keys> = rows.iter().step_by(40).flat_map(pairs).collect();
+    let heading = format!(
+        "Four cars before a lidar: 1550 nm, 1 GHz in 10 us, 12 bits at 250 MS/s, N = {N} per ramp, 20 chirps a second, {} dB at 20 m, \
+         seed {}",
+        options.snr_db(),
+        options.seed
+    );
+    shown(&rows, Told { heading, ..told() })
+}
+
+/// What is said of the lidar's chirps.
+fn told() -> Told {
+    Told {
+        heading: String::new(),
+        what: "chirps",
+        found: "whose three beats are 3 bins from any other",
+        name: ["traffic-range", "traffic-velocity"],
+        title: "Four cars before a lidar",
+        seconds: CYCLES as f64 * CYCLE_S,
+        // The first two of a run know no car yet.
+        begin: 2,
+        every: 40,
+    }
+}
+
+/// The rows as a table, as figures and as pictures.
+pub(super) fn shown(rows: &[Row], told: Told) -> Result<Shown, DemoError> {
+    let (all, text, right) = summary(rows, &told);
+    let shown: Vec<Keys> = rows.iter().step_by(told.every).flat_map(pairs).collect();
     let table = table(
         &shown,
         "time s: time | true m: car/range_m .3 | m/s: car/velocity_mps +.3 | measured m: answer/range_m .3 | m/s: answer/velocity_mps +.3 | \
@@ -170,22 +213,16 @@ pub(super) fn measured(options: &Options) -> Result<Shown, DemoError> {
         vec![("not good", Style::Points, 6, good(false)), ("good", Style::Points, 0, good(true))];
     points.extend(["truth, car 1", "car 2", "car 3", "car 4"].into_iter().enumerate().map(way));
     let charts = over_time(
-        ["traffic-range", "traffic-velocity"],
-        "Four cars before a lidar",
-        CYCLES as f64 * CYCLE_S,
+        told.name,
+        told.title,
+        told.seconds,
         [
             Axis::linear("range, m", 0.0, 120.0),
-            Axis::linear("velocity towards the lidar, m/s", -20.0, 20.0),
+            Axis::linear("velocity towards the sensor, m/s", -20.0, 20.0),
         ],
         &points,
     );
-    let heading = format!(
-        "Four cars before a lidar: 1550 nm, 1 GHz in 10 us, 12 bits at 250 MS/s, N = {N} per ramp, 20 chirps a second, {} dB at 20 m, \
-         seed {}",
-        options.snr_db(),
-        options.seed
-    );
-    Ok(Shown { heading, table, text, lines: lines(&rows, &all)?, charts, right })
+    Ok(Shown { heading: told.heading, table, text, lines: lines(rows, &all)?, charts, right })
 }
 
 #[cfg(test)]
@@ -195,9 +232,9 @@ mod tests {
     #[test]
     fn a_target_that_is_no_car_is_a_ghost() {
         let mut rows = rows(1, 20.0).unwrap();
-        assert!(summary(&rows).2);
+        assert!(summary(&rows, &told()).2);
         let good = rows.iter_mut().flat_map(|row| &mut row.targets);
         good.take(100).for_each(|answer| answer.range_m += 1.0);
-        assert!(!summary(&rows).2);
+        assert!(!summary(&rows, &told()).2);
     }
 }

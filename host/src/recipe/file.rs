@@ -37,25 +37,13 @@ pub fn bytes(file: &Path, scene: &Scene, codes: &[[i16; 2]]) -> Result<Vec<u8>, 
     Ok(bytes.into_inner())
 }
 
-/// An array of NumPy's with the records of the scene's waveform, which are those of its segments one by one, or else with all samples: sides
-/// (records, samples), and 2 for I and Q.
-///
-/// # Errors
-/// The scene cannot be.
-pub fn array(scene: &Scene) -> Result<(Vec<u8>, String), String> {
+/// An array of NumPy's of these codes, and its sides: (records, samples) where the scene's waveform has records, and 2 for I and Q.
+pub fn array(scene: &Scene, codes: &[[i16; 2]]) -> (Vec<u8>, String) {
     let parts = if scene.receiver.iq { 2 } else { 1 };
     let n = scene.waveform.as_ref().filter(|wave| wave.guard_s.is_some()).map(|wave| wave.samples);
-    let (sides, codes) = match n.filter(|n| *n > 0) {
-        None => {
-            let codes = scene.codes(0)?;
-            (codes.len().to_string(), codes)
-        }
-        Some(n) => {
-            let mut run = scene.run(0)?;
-            let records = scene.records(n);
-            let codes = (0..records).flat_map(|index| run.record(index, n)).collect();
-            (format!("{records}, {n}"), codes)
-        }
+    let sides = match n.filter(|n| *n > 0) {
+        Some(n) => format!("{}, {n}", codes.len() / n),
+        None => codes.len().to_string(),
     };
     let sides = match (parts, sides.contains(',')) {
         (2, _) => format!("{sides}, 2"),
@@ -66,7 +54,7 @@ pub fn array(scene: &Scene) -> Result<(Vec<u8>, String), String> {
     let words = codes.iter().flat_map(|code| code.iter().take(parts));
     let data: Vec<u8> = words.flat_map(|word| word.to_le_bytes()).collect();
     let length = (header.len() as u16).to_le_bytes();
-    Ok(([b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), &data].concat(), sides))
+    ([b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), &data].concat(), sides)
 }
 
 /// What the file is, in a line.
@@ -95,12 +83,13 @@ mod tests {
             ..picket_simulator::scene::Waveform::default()
         };
         let mut scene = Scene { rate_hz: 1e6, seconds: 0.01, ..Scene::default() };
-        assert!(array(&scene).unwrap().1 == "10000,");
+        let made = |scene: &Scene| array(scene, &scene.codes(0).unwrap());
+        assert!(made(&scene).1 == "10000,");
         scene.waveform = Some(waveform);
-        let (bytes, sides) = array(&scene).unwrap();
+        let (bytes, sides) = made(&scene);
         assert_eq!((&sides[..], &bytes[..6]), ("5, 1000", &b"\x93NUMPY"[..]));
         scene.receiver.iq = true;
-        let (twice, sides) = array(&scene).unwrap();
+        let (twice, sides) = made(&scene);
         assert_eq!((&sides[..], twice.len()), ("5, 1000, 2", bytes.len() + 3 + 10_000));
     }
 

@@ -115,17 +115,15 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
     }
     let told = |error| format!("{}: {error}", name.display());
     let known = Told::new(&scene).map_err(told)?;
-    let is_array = file.extension().is_some_and(|end| end.eq_ignore_ascii_case("npy"));
-    let what = if is_array {
-        let (bytes, sides) = file::array(&scene).map_err(told)?;
+    let codes = scene.codes(0).map_err(told)?;
+    let mut what = file::line(&scene, codes.len());
+    if file.extension().is_some_and(|end| end.eq_ignore_ascii_case("npy")) {
+        let (bytes, sides) = file::array(&scene, &codes);
         output.write(file, &bytes)?;
-        let samples = (scene.seconds * scene.rate_hz).round() as usize;
-        format!("({}), {}", sides.trim_end_matches(','), file::line(&scene, samples))
+        what = format!("({}), {what}", sides.trim_end_matches(','));
     } else {
-        let codes = scene.codes(0).map_err(told)?;
         output.write(file, &file::bytes(file, &scene, &codes)?)?;
-        file::line(&scene, codes.len())
-    };
+    }
     if let Some(truth) = truth {
         output.write(truth, known.csv().as_bytes())?;
     }
@@ -154,7 +152,12 @@ mod tests {
         assert!(scenes.len() >= RECIPES.len() + 2);
         for scene in scenes {
             let codes = scene.codes(0).unwrap();
-            assert_eq!(codes.len() as f64, scene.seconds * scene.rate_hz, "{}", scene.about);
+            let taken = scene.waveform.as_ref().filter(|wave| wave.guard_s.is_some());
+            let count = match taken.map(|wave| wave.samples) {
+                Some(n) => (n * scene.records(n)) as f64,
+                None => scene.seconds * scene.rate_hz,
+            };
+            assert_eq!(codes.len() as f64, count, "{}", scene.about);
             let told = Told::new(&scene).unwrap();
             assert_eq!(told.lines().len(), scene.sources.len(), "{}", scene.about);
             let csv = told.csv();

@@ -1,6 +1,7 @@
 //! What the demonstration measures: targets in front of a lidar, a turntable in front of a
 //! velocimeter.
 
+pub mod cars;
 pub mod drive;
 pub mod fan;
 pub mod flow;

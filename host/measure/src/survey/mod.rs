@@ -59,6 +59,8 @@ pub struct Survey {
     clock: Option<Clock>,
     /// Samples of a record, where the recording has records of their own.
     row: Option<usize>,
+    /// Chirps of a frame, where the sides of an array count so many.
+    frame: Option<u64>,
     /// What was assumed of the file.
     assumed: Option<String>,
     /// The record's length.
@@ -127,6 +129,7 @@ impl Survey {
             knows_rate: recording.knows_rate(),
             clock: recording.clock(),
             row,
+            frame: recording.frame().filter(|chirps| *chirps >= 8),
             assumed: recording.assumed(),
             n,
             power: floored(&powers, rate_hz, iq),

@@ -54,6 +54,11 @@ impl Survey {
             Some(hum) => format!("hum       {hum} Hz is among the lines\n"),
             None => "hum       none seen\n".into(),
         };
+        if let Some(chirps) = self.frame {
+            text += &format!(
+                "chirps    {chirps} together: --chirp-s S --bandwidth-hz HZ --carrier-hz HZ gives their targets (docs/frames.md)\n"
+            );
+        }
         text += &format!("kind      {}\n", self.finding.nature.text());
         if self.lines.is_empty() {
             text += "lines     no steady line\n";
