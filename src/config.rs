@@ -263,10 +263,10 @@ impl Config {
         match self.scene {
             Scene::Tone => Ok(Solver::None),
             Scene::Doppler { wavelength_m, angle_rad, mixing } => {
-                let along_m = wavelength_along(wavelength_m, angle_rad)?;
+                let cos = beam_cosine(wavelength_m, angle_rad)?;
                 // An approaching target shortens the delay.
                 let sign = if iq { -f64::from(mixing.sign()) } else { 1.0 };
-                let scale = Scale::new(sign * self.rate_hz * along_m / 2.0);
+                let scale = Scale::new(sign * self.rate_hz * wavelength_m / (2.0 * cos));
                 Ok(Solver::Doppler(scale.ok_or(ConfigError::Scale)?))
             }
             Scene::Chirp(ref chirp) => {
@@ -279,14 +279,14 @@ impl Config {
     }
 }
 
-/// The wavelength along the motion: over the cosine of the angle between beam and motion.
-pub(crate) fn wavelength_along(wavelength_m: f64, angle_rad: f64) -> Result<f64, ConfigError> {
+/// The cosine of the angle between beam and motion, of a Doppler scene that can be.
+pub(crate) fn beam_cosine(wavelength_m: f64, angle_rad: f64) -> Result<f64, ConfigError> {
     // The cosine of at most a right angle, by half the angle: a library's cosine of any angle takes 3 KB on a core without a double FPU.
     let acute = angle_rad.abs() <= core::f64::consts::FRAC_PI_2;
     let half = cosine(0.25 * angle_rad * angle_rad);
     let cos = 2.0 * half * half - 1.0;
     let right = positive(wavelength_m) && acute && cos > 1e-6;
-    if right { Ok(wavelength_m / cos) } else { Err(ConfigError::Scene) }
+    if right { Ok(cos) } else { Err(ConfigError::Scene) }
 }
 
 /// Rates for which no scale of frequencies, ranges or velocities overflows.

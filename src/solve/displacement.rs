@@ -6,7 +6,7 @@
 
 use super::waveform::{Mixing, SPEED_OF_LIGHT, Scale, Shape, metres};
 use crate::acquire::sample::Stamp;
-use crate::config::{Scene, wavelength_along};
+use crate::config::{Scene, beam_cosine};
 use crate::error::ConfigError;
 use crate::math::fixed_point::to_f32;
 use crate::math::scalar::Scalar as _;
@@ -96,7 +96,8 @@ impl Unwrapper {
     ) -> Result<Self, ConfigError> {
         let unwrapper = match *scene {
             Scene::Doppler { wavelength_m, angle_rad, mixing } => {
-                Self::new(wavelength_along(wavelength_m, angle_rad)?, mixing, Between::Frequency)
+                let along_m = wavelength_m / beam_cosine(wavelength_m, angle_rad)?;
+                Self::new(along_m, mixing, Between::Frequency)
             }
             Scene::Chirp(ref chirp) if chirp.shape == Shape::Sawtooth => {
                 chirp.equations(rate_hz, n, iq)?;
