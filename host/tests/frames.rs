@@ -1,7 +1,7 @@
 //! Arrays of chirps: targets of frames, ranges by phase and ways, beside the truth of the scene.
 
 use crate::cli::{ANALYZE, file, lines, refused, run};
-use crate::sixty::npy;
+use crate::survey::npy;
 use picket_simulator::{Run, Scene};
 use serde_json::{Value, json};
 
