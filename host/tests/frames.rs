@@ -125,6 +125,9 @@ fn aliases_and_what_was_assumed() {
     // Each chirp by itself.
     let alone = lines(ANALYZE, &[&arguments[..], &["--chirps", "1", "--json"]].concat());
     assert_eq!(alone.len(), 64);
+    assert!(
+        (number(&alone[63], "time_s") - number(&alone[0], "time_s") - 63.0 * 120e-6).abs() < 1e-9
+    );
     refused(ANALYZE, &[&arguments[..], &["--chirps", "128"]].concat(), "give fewer --chirps");
     refused(ANALYZE, &[&arguments[..], &["--chirps", "20"]].concat(), "8, 16, 32");
     refused(ANALYZE, &[&arguments[..], &["--uncertainty", "clock=3"]].concat(), "clock_ppm");

@@ -7,6 +7,7 @@ use picket_dsp::plan::Solver;
 use picket_dsp::solve::displacement::Unwrapper;
 use picket_dsp::solve::phase_range::{Calibration, PhaseRanging};
 use picket_dsp::solve::sequence::Sequence;
+use picket_dsp::tone::lines::MOST;
 use picket_dsp::{
     ConfigError, Outcome, Pipeline, Record, Scene, Segment, Shape, Stamp, ToneWithPhase,
 };
@@ -100,7 +101,8 @@ impl ForRecord for Phases<'_> {
             let gap = next < stamp.clock.saturating_add(N as u64);
             lost |= gap;
             let seen = pipeline.block(&Stamp { gap, ..stamp }, samples);
-            let line = pipeline.lines(&seen, 1).first().copied();
+            // Beside the other lines of the block: what leaks of them would turn its phase.
+            let line = pipeline.lines(&seen, MOST).first().copied();
             let mut row = vec![f64::from(stamp.sequence)];
             match (&mut kept, line) {
                 (Kept::Ranging(ranging, up), Some(line)) => {

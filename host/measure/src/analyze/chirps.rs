@@ -13,6 +13,7 @@ use picket_dsp::config::{Config, SPEED_OF_LIGHT, Scene};
 use picket_dsp::pipeline::{Outcome, Pipeline};
 use picket_dsp::solve::phase_range::PhaseRanging;
 use picket_dsp::tone::effort::Effort;
+use picket_dsp::tone::lines::MOST;
 use picket_dsp::{Chirp, Mixing, Shape};
 use picket_transform::num_complex::Complex;
 use picket_wire::view;
@@ -205,6 +206,7 @@ fn chirps<R: Kind, const N: usize>(
     }
     let mut rising = None;
     let segments = radar.shape.segments();
+    let is_array = recording.row().is_some();
     let mut blocks = recording.blocks(N, ramps.hop, cut.skip + ramps.skip as u64);
     let (mut number, mut tally, mut begin) = (0u32, Tally::default(), 0.0);
     while let Some((start, samples)) = blocks.next_block().map_err(super::text)? {
@@ -212,7 +214,15 @@ fn chirps<R: Kind, const N: usize>(
         let values: Vec<Complex<f64>> = samples.iter().map(|sample| sample.value).collect();
         tally.add(unfit);
         let place = number as usize % segments.len();
-        let time_s = (start as f64 + N as f64 / 2.0) / rate_hz;
+        let half_s = 0.5 * N as f64 / rate_hz;
+        // The records of an array have pauses between them.
+        let time_s = match told.period_s.filter(|_| is_array) {
+            Some(period_s) => {
+                let lap = number as usize / segments.len().max(1);
+                lap as f64 * period_s + place as f64 * radar.chirp_s + chirp.guard_s + half_s
+            }
+            None => start as f64 / rate_hz + half_s,
+        };
         if place == 0 {
             begin = time_s;
         }
@@ -224,7 +234,7 @@ fn chirps<R: Kind, const N: usize>(
         }
         let measurement = pipeline.block(&stamp, &record::<R, N>(&values));
         let line = match told.phase {
-            true => pipeline.lines(&measurement, 1).first().copied(),
+            true => pipeline.lines(&measurement, MOST).first().copied(),
             false => None,
         };
         if segment == Segment::Up {

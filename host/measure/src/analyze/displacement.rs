@@ -15,6 +15,7 @@ use picket_dsp::acquire::sample::Stamp;
 use picket_dsp::config::{Config, SPEED_OF_LIGHT};
 use picket_dsp::pipeline::Pipeline;
 use picket_dsp::solve::displacement::{Displacement, Unwrapper};
+use picket_dsp::tone::lines::MOST;
 use picket_dsp::{Codes, Scene, Shape, ToneWithPhase, Usable, Verdict};
 use picket_transform::num_complex::Complex;
 use picket_wire::view;
@@ -146,7 +147,7 @@ fn follow<R: Kind, const N: usize>(
         }
         let stamp = Stamp { sequence: block as u32, clock, gap: lost, ..Stamp::default() };
         let measurement = pipeline.block(&Stamp { gap: false, ..stamp }, &record::<R, N>(&values));
-        let Some(line) = pipeline.lines(&measurement, 1).first().copied() else {
+        let Some(line) = pipeline.lines(&measurement, MOST).first().copied() else {
             lost = true;
             continue;
         };

@@ -14,6 +14,7 @@ use picket_dsp::acquire::sample::{Segment, Stamp};
 use picket_dsp::config::Config;
 use picket_dsp::pipeline::Pipeline;
 use picket_dsp::solve::phase_range::{Calibration, PhaseRanging};
+use picket_dsp::tone::lines::MOST;
 use picket_dsp::{Chirp, ToneWithPhase};
 use picket_transform::num_complex::Complex;
 use picket_wire::view;
@@ -78,7 +79,7 @@ fn calibrate<R: Kind, const N: usize>(
         tally.add(unfit);
         if unfit.is_none() && !blocks.gap() {
             let measurement = pipeline.block(&Stamp::default(), &record::<R, N>(&values));
-            lines.extend(pipeline.lines(&measurement, 1));
+            lines.extend(pipeline.lines(&measurement, MOST).first());
         }
     }
     tally.check(cut.codes)?;
