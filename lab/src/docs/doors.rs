@@ -9,7 +9,7 @@ use picket_wire::schema::{RECORDS, SETTINGS};
 use std::collections::BTreeSet;
 use std::fs;
 
-pub(super) const TABLES: &[Table] = &[Table::new("docs/doors.md", "doors", |_| lines())];
+pub(super) const TABLES: &[Table] = &[Table::new("docs/start.md", "doors", |_| lines())];
 
 /// Something that the library does.
 struct Feature {
