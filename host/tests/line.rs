@@ -1,4 +1,4 @@
-//! `picket watch`, `flash --listen` and `doctor` with the boards' real images, which run on emulators of their chips, and a pseudo terminal
+//! `picket watch` and `picket doctor` with the boards' real images, which run on emulators of their chips, and a pseudo terminal
 //! between them.
 
 #[path = "../../host-tests/tests/rsemu/board.rs"]

@@ -54,10 +54,10 @@ pub fn set_up(plan: &Plan<N>, words: &Words) -> bool {
     } else {
         mark(segments, plan.length);
     }
-    if let Some(wave) = &words.waveform {
-        if let Some(table) = table() {
-            play(wave.code(0), wave.fill(table), wave.hold);
-        }
+    if let Some(wave) = &words.waveform
+        && let Some(table) = table()
+    {
+        play(wave.code(0), wave.fill(table), wave.hold);
     }
     match &words.synthesiser {
         Some(ramps) => Adf4159::new(Bus::new(), Enable).start(ramps).is_ok(),
