@@ -11,8 +11,11 @@ use picket_firmware::nucleo_f446re::words::sampling::{
     ADC_SR_OVR, STREAM_0_COMPLETE, STREAM_CT, STREAM_EN,
 };
 use std::io::{BufRead, BufReader, Write};
+#[cfg(not(unix))]
+use std::net::TcpStream as Stream;
 use std::ops::{Deref, DerefMut};
-use std::os::unix::net::UnixStream;
+#[cfg(unix)]
+use std::os::unix::net::UnixStream as Stream;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
@@ -51,7 +54,7 @@ const ADC_IRQ: u32 = 18;
 /// The emulated board.
 pub struct Board {
     console: Console,
-    qtest: BufReader<UnixStream>,
+    qtest: BufReader<Stream>,
     _directory: TempDir,
 }
 
@@ -81,7 +84,7 @@ impl Board {
         let console = Console::start(command)?;
         let end = Instant::now() + Duration::from_secs(20);
         let stream = loop {
-            match UnixStream::connect(&socket) {
+            match connect(&socket) {
                 Ok(stream) => break stream,
                 Err(error) if Instant::now() > end => return Err(io_error("qtest")(error).into()),
                 Err(_) => std::thread::sleep(Duration::from_millis(5)),
@@ -196,6 +199,18 @@ impl Board {
         }
         Ok(words)
     }
+}
+
+/// QEMU's socket.
+#[cfg(unix)]
+fn connect(socket: &Path) -> std::io::Result<Stream> {
+    Stream::connect(socket)
+}
+
+/// QEMU's socket, which is one of Unix.
+#[cfg(not(unix))]
+fn connect(_: &Path) -> std::io::Result<Stream> {
+    Err(std::io::ErrorKind::Unsupported.into())
 }
 
 /// What is said to it and by it.

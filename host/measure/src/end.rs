@@ -8,7 +8,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use signal_hook::consts::{SIGINT, SIGTERM};
-use signal_hook::iterator::Signals;
 
 /// The signal that asked for the end; 0 for none.
 static ASKED: AtomicI32 = AtomicI32::new(0);
@@ -27,9 +26,9 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 /// Begins to listen for Ctrl-C (SIGINT) and SIGTERM.
 pub fn listen() {
     // Without it the signals end the program as they always do.
-    let Ok(mut signals) = Signals::new([SIGINT, SIGTERM]) else { return };
+    let Ok(wait) = signals() else { return };
     std::thread::spawn(move || {
-        if let Some(signal) = signals.forever().next() {
+        if let Some(signal) = wait() {
             ASKED.store(signal, Ordering::SeqCst);
             if LOOKS.load(Ordering::SeqCst) {
                 std::thread::sleep(GRACE);
@@ -37,6 +36,30 @@ pub fn listen() {
             leave(128 + signal);
         }
     });
+}
+
+/// What waits for the first signal, and gives it.
+#[cfg(unix)]
+fn signals() -> io::Result<impl FnOnce() -> Option<i32> + Send> {
+    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM])?;
+    Ok(move || signals.forever().next())
+}
+
+/// What waits for the first signal, and gives it: Windows has no way to wait for one.
+#[cfg(not(unix))]
+fn signals() -> io::Result<impl FnOnce() -> Option<i32> + Send> {
+    let seen = Arc::new(std::sync::atomic::AtomicUsize::new(0));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register_usize(signal, seen.clone(), signal as usize)?;
+    }
+    Ok(move || {
+        loop {
+            match seen.load(Ordering::SeqCst) {
+                0 => std::thread::sleep(Duration::from_millis(50)),
+                signal => return Some(signal as i32),
+            }
+        }
+    })
 }
 
 /// The signal that asked for the end, if one did.

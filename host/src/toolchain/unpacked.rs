@@ -10,8 +10,7 @@ use super::error::{ToolError, io_error};
 use super::process::{Show, capture, locked};
 use crate::progress;
 use std::collections::HashMap;
-use std::fs::{self, Permissions};
-use std::os::unix::fs::PermissionsExt;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::{Mutex, PoisonError};
@@ -136,7 +135,20 @@ fn write_starter(path: &Path, program: &str, root: &Path) -> Result<(), ToolErro
          LD_LIBRARY_PATH=\"{libraries}${{LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}}\" exec \"$root/{program}\" \"$@\"\n"
     );
     fs::write(path, text).map_err(io_error(path.display()))?;
-    fs::set_permissions(path, Permissions::from_mode(0o755)).map_err(io_error(path.display()))
+    executable(path).map_err(io_error(path.display()))
+}
+
+/// Lets everybody execute a file.
+#[cfg(unix)]
+fn executable(path: &Path) -> std::io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    fs::set_permissions(path, fs::Permissions::from_mode(0o755))
+}
+
+/// Lets everybody execute a file: Windows has no such permission, and Debian's packages do not run there.
+#[cfg(not(unix))]
+fn executable(_: &Path) -> std::io::Result<()> {
+    Err(std::io::ErrorKind::Unsupported.into())
 }
 
 /// The folders below the root that hold libraries: Debian keeps them in one of the machine's name, and those of one program in a folder in that.
@@ -193,7 +205,7 @@ mod tests {
         fs::create_dir_all(first.join("root/usr/bin")).unwrap();
         let program = first.join("root/usr/bin/tool");
         fs::write(&program, "#!/bin/sh\ntest \"$1\" = --version\n").unwrap();
-        fs::set_permissions(&program, Permissions::from_mode(0o755)).unwrap();
+        executable(&program).unwrap();
         write_starter(&first.join("bin/tool"), "usr/bin/tool", &first.join("root")).unwrap();
         assert!(works(&first.join("bin/tool")));
         fs::rename(&first, &second).unwrap();
