@@ -1,5 +1,5 @@
 //! The module for Python: the wheel in fresh environments, with the oldest and the newest numpy; its answers, to the bit, beside those
-//! of `picket analyze`; the README's lines; the notebooks. `cargo test --test python`; a plain `cargo test` leaves it out, since the
+//! of `picket analyze`; the README's lines; the notebooks; a cluster's workers; a ROS node. `cargo test --test python`; a plain `cargo test` leaves it out, since the
 //! wheel takes minutes to build.
 
 #[path = "../../dependents/same_bits.rs"]
@@ -227,6 +227,52 @@ fn the_readmes_and_the_pages_lines_run() {
         fs::write(&file, program.concat()).unwrap();
         let out = said(Command::new(programs.join("python")).current_dir(workspace()).arg(&file));
         assert!(out.contains("good"), "{name}: {out}");
+    }
+}
+
+#[test]
+fn a_folder_is_measured_by_a_cluster_and_a_worker_that_dies_costs_nothing() {
+    let programs = fresh("cluster", &["numpy", "distributed"]);
+    let script = workspace().join("python/tests/cluster.py");
+    let out = said(Command::new(programs.join("python")).current_dir(temporary("run")).arg(script));
+    assert!(out.contains("24 files"), "{out}");
+}
+
+/// The messages' packages are no distributions of PyPI, so that stand-ins with their fields take the tracks.
+#[test]
+fn a_ros_node_publishes_a_boards_targets_with_their_covariance() {
+    let recording = temporary("run").join("board.bin");
+    let picket = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO"));
+        command.args(["run", "-q", "-p", "picket-host", "--bin", "picket", "--"]).args(arguments);
+        said(command.current_dir(workspace()))
+    };
+    let file = recording.to_str().unwrap();
+    let _ = fs::remove_file(&recording);
+    picket(&["demo", "--scenario", "board", "--record", file]);
+    let lines = picket(&["watch", "--replay", file, "--jsonl"]);
+    let told = temporary("run").join("board.jsonl");
+    fs::write(&told, &lines).unwrap();
+    let mut node = Command::new("python3");
+    node.arg(workspace().join("python/tests/ros.py")).stdin(fs::File::open(&told).unwrap());
+    let published = said(&mut node);
+    let read = |text: &str| -> Vec<serde_json::Value> {
+        text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    };
+    let answers: Vec<_> =
+        read(&lines).into_iter().filter(|answer| answer["outcome_verdict"] == "good").collect();
+    let messages = read(&published);
+    assert!(!answers.is_empty() && answers.len() == messages.len(), "{published}");
+    for (answer, message) in answers.iter().zip(&messages) {
+        let track = &message["tracks"][0];
+        let [range, sigma, closing] =
+            ["range_m", "sigma_range_m", "velocity_mps"].map(|name| answer[name].as_f64().unwrap());
+        assert_eq!(track["position"]["x"], range);
+        assert_eq!(track["velocity"]["x"], -closing);
+        assert!(
+            (track["position_covariance"][0].as_f64().unwrap() / (sigma * sigma) - 1.0).abs()
+                < 1e-9
+        );
     }
 }
 

@@ -14,7 +14,7 @@ use std::process::{Command, Output};
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
 /// Beginnings of commands that cannot run here, and why.
-const LEFT_OUT: [(&str, &str); 17] = [
+const LEFT_OUT: [(&str, &str); 18] = [
     ("git clone", "it fetches the repository; this test is in a clone"),
     ("cargo lab", "it is the developers' program; lab/tests runs its commands"),
     (
@@ -31,6 +31,10 @@ const LEFT_OUT: [(&str, &str); 17] = [
     (
         "cargo build --release --target",
         "it builds a package outside the workspace; host-tests/tests/dependents.rs builds all of them",
+    ),
+    (
+        "python python/examples/folder.py",
+        "it needs a cluster's packages; host-tests/tests/python.rs runs it",
     ),
     ("rustup target add", "it changes the reader's toolchain"),
     ("probe-rs run", "there is no board"),
