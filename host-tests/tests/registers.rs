@@ -213,7 +213,7 @@ fn chirp_and_synchronisation() {
     assert_eq!((input.slave, input.gate), (start, gate));
     // One half of the register is an output, the other an input: two views of it.
     let compare = word(|w: &mut tim2::ccmr1_output::W| w.oc1m().pwm_mode2());
-    let capture = word(|w: &mut tim2::ccmr1_input::W| w.cc2s().ti2());
+    let capture = word(|w: &mut tim2::ccmr1_input::W| w.cc2s().ti2().ic2f().fck_int_n8());
     assert_eq!(input.mode, compare | capture);
 }
 
