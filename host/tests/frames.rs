@@ -138,13 +138,20 @@ fn aliases_and_what_was_assumed() {
 fn ranges_by_phase() {
     let mut run = scene(64, 20.0, true, json!([target(7.654321, 0.0, 300.0)]));
     let path = array("plate.npy", &mut run, "64", 64);
+    // Without a calibration any turn at 0 m is as probable.
+    let unknown = ["--period-s", "120e-6", "--velocity-mps=-1:1", "--phase", "--json"];
+    let unknown = lines(ANALYZE, &[&[&path[..]], &RADAR[..], &unknown[..]].concat());
+    assert_eq!(unknown[0]["phase"]["sure"], false, "{unknown:?}");
+    let numbers = r#""offset_m": 0, "sigma_offset_m": 0, "slope_ppm": 0, "sigma_slope_ppm": 0"#;
+    let perfect = format!("{{\"phase_rad\": 0, \"sigma_phase_rad\": 0, {numbers}}}");
+    let known = file("perfect.json", perfect.as_bytes());
     let more = [
         "--period-s",
         "120e-6",
-        "--mixing",
-        "tx-conj-rx",
         "--velocity-mps=-1:1",
         "--phase",
+        "--calibration",
+        &known,
         "--uncertainty",
         "carrier_ppm=1,slope_ppm=100,range_offset_m=1e-3",
         "--json",
@@ -191,6 +198,24 @@ fn calibrated_by_a_known_range() {
     let none = file("none.json", b"{}");
     let no = ["--phase", "--calibration", &none];
     refused(ANALYZE, &[&[&other[..]], &RADAR[..], &no[..]].concat(), "no calibration");
+}
+
+/// No alias of 3 m/s, 16 m/s apart, lies within 1 m/s of rest: the target is there, and has no usable place.
+#[test]
+fn a_target_outside_the_bounds_is_no_answer() {
+    let mut run = scene(64, 15.0, true, json!([target(9.0, 3.0, 300.0)]));
+    let path = array("outside.npy", &mut run, "64", 64);
+    let bounded = |bound: &str| {
+        let more = ["--period-s", "120e-6", bound, "--json"];
+        lines(ANALYZE, &[&[&path[..]], &RADAR[..], &more[..]].concat())
+    };
+    let outside = bounded("--velocity-mps=-1:1");
+    assert!(outside.iter().all(|target| target["verdict"] == "unresolved"), "{outside:?}");
+    let within = bounded("--velocity-mps=-4:4");
+    assert!(within.len() == 1 && within[0]["verdict"] == "good", "{within:?}");
+    assert!((number(&within[0], "velocity_mps") - 3.0).abs() < 0.05, "{within:?}");
+    let wide = ["--velocity-mps=-300:300"];
+    refused(ANALYZE, &[&[&path[..]], &RADAR[..], &wide[..]].concat(), "aliases");
 }
 
 /// A plate that swings by 20 um at 100 Hz, and drifts.

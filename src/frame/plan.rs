@@ -12,7 +12,7 @@ use core::ops::RangeInclusive;
 pub const CHIRPS: RangeInclusive<usize> = 8..=256;
 
 /// A velocity is on its bound within this share of the way to the next alias.
-const ON_BOUND: f32 = 0.01;
+pub(super) const ON_BOUND: f32 = 0.01;
 
 /// The most aliases that are weighed.
 pub(super) const MOST_ALIASES: usize = 32;
@@ -73,7 +73,7 @@ impl FrameConfig {
     ///
     /// # Errors
     /// The errors of [`Chirp::equations`]; [`ConfigError::Frame`] for another number of chirps, a period shorter than the ramp, or a waveform
-    /// that is no sawtooth; [`ConfigError::Band`], [`ConfigError::Bounds`] and [`ConfigError::FalseAlarm`] as for a
+    /// that is no sawtooth; [`ConfigError::Bounds`] also for bounds that hold more than 31 aliases; [`ConfigError::Band`], and [`ConfigError::FalseAlarm`] as for a
     /// [`Config`](crate::Config).
     pub fn plan(&self) -> Result<FramePlan, ConfigError> {
         let Self { ref chirp, rate_hz, n, iq, chirps, period_s, false_alarm, .. } = *self;
@@ -110,6 +110,12 @@ impl FrameConfig {
         // The beat's phase turns by -s V (2 / c) f from chirp to chirp.
         let velocity = scale(-sign / (per_metre * middle.carrier_hz * period_s))?;
         let walk = -sign * per_metre * middle.slope * period_s * record_s;
+        let [slowest, fastest] = bounds.velocity;
+        if bounds.limit_velocity()
+            && (fastest - slowest) / velocity.float.abs() > (MOST_ALIASES - 1) as f32
+        {
+            return Err(ConfigError::Bounds);
+        }
         Ok(FramePlan {
             n,
             iq,
@@ -187,7 +193,7 @@ impl FramePlan {
         // A velocity on the bound is within it.
         let first = libm::ceilf(a.min(b) - ON_BOUND).max(-1e6) as i32;
         let last = libm::floorf(a.max(b) + ON_BOUND).min(1e6) as i32;
-        // Bounds that are narrower than the way to the next alias may hold none: the nearest is refused in the end.
+        // Bounds that are narrower than the way to the next alias may hold none: the target is unresolved in the end.
         if first > last {
             [first, first]
         } else {

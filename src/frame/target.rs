@@ -5,7 +5,7 @@ use super::echo::Echo;
 use super::fit::Fitted;
 use super::map::Map;
 use super::noise::Beside;
-use super::plan::MOST_ALIASES;
+use super::plan::{MOST_ALIASES, ON_BOUND};
 use crate::frequency::Frequency;
 use crate::list::insert;
 use crate::math::fixed_point::{in_steps, to_f32};
@@ -46,6 +46,9 @@ pub struct FrameTarget {
 
 /// From these odds on an alias is decided by the target's own way through the frame.
 const SURE: f32 = 1e4;
+
+/// A target is beyond a bound only by more than so many sigma.
+const WITHIN: f32 = 5.0;
 
 /// Two echoes are too near each other to be distinguished within this many bins in both directions.
 const CROWDED: f32 = 2.0;
@@ -142,7 +145,12 @@ impl Map<'_> {
         if from_end < EDGE || !(self.keeps(echo.peak - 1) && self.keeps(echo.peak + 1)) {
             reasons = reasons.with(Verdict::NearEdge);
         }
-        if range < 0 {
+        // No alias may be within the bounds, and an alias within them may still have its range beyond.
+        let held = plan.bounds.hold(
+            [to_f32(range), WITHIN * sigma_range],
+            [to_f32(velocity), WITHIN * sigma_velocity + ON_BOUND * plan.alias_mps()],
+        );
+        if range < 0 || !held {
             reasons = reasons.with(Verdict::Unresolved);
         }
         let ambiguity = self.ambiguity(echo, aliases);

@@ -45,9 +45,9 @@ pub struct Options {
     #[arg(long, value_name = "HZ", value_parser = carrier_hz, allow_negative_numbers = true)]
     carrier_hz: Option<f64>,
     /// The sign of an approaching target's shift in I/Q samples: rx-conj-tx if it is positive, tx-conj-rx if it is negative or if I and
-    /// Q are exchanged
-    #[arg(long, value_name = "MIXING", value_parser = mixing(), default_value = Mixing::RxConjTx.name(), requires = "carrier_hz")]
-    mixing: Mixing,
+    /// Q are exchanged [default: rx-conj-tx, with --chirp-s tx-conj-rx]
+    #[arg(long, value_name = "MIXING", value_parser = mixing(), requires = "carrier_hz")]
+    mixing: Option<Mixing>,
     /// Duration of a ramp of an FMCW radar, s; adds ranges, with --carrier-hz and --bandwidth-hz. --skip must lead to the start of a ramp
     #[arg(long, value_name = "S", value_parser = cli::positive, requires_all = ["bandwidth_hz", "carrier_hz"], conflicts_with_all = ["method", "hop"])]
     chirp_s: Option<f64>,
@@ -163,7 +163,7 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
     {
         let shape =
             SHAPES.iter().find(|it| it.0 == options.shape).map_or(Shape::Sawtooth, |it| it.1);
-        let (mixing, velocity_mps) = (options.mixing, options.velocity_mps);
+        let (mixing, velocity_mps) = (options.mixing(), options.velocity_mps);
         let effort = options.input.effort;
         let usual = Config::new(1.0, codes).false_alarm;
         let false_alarm = Some(options.input.false_alarm).filter(|asked| *asked != usual);
@@ -257,7 +257,13 @@ fn ended(left_out: u64) -> ExitCode {
 impl Options {
     /// The Doppler radar, if there is one.
     fn carrier(&self) -> Option<Carrier> {
-        self.carrier_hz.map(|hz| Carrier { hz, mixing: self.mixing })
+        self.carrier_hz.map(|hz| Carrier { hz, mixing: self.mixing() })
+    }
+
+    /// The signal that the receiver conjugates: as usual for the scene if nothing is told.
+    fn mixing(&self) -> Mixing {
+        let usual = if self.chirp_s.is_some() { Mixing::TxConjRx } else { Mixing::RxConjTx };
+        self.mixing.unwrap_or(usual)
     }
 
     /// True where nothing says how to measure: a first look is wanted.
@@ -337,7 +343,8 @@ fn ranges(options: &Options, cut: Cut, style: Style, radar: &Radar) -> Result<Ex
     if none && framed {
         let frames = tally.blocks;
         eprintln!(
-            "no target in {frames} frames: is --chirp-s one ramp's? Of I/Q samples --mixing tells where targets approach"
+            "no target in {frames} frames: is --chirp-s one ramp's? Of I/Q samples try the other --mixing (now {})",
+            options.mixing().name()
         );
     } else if none {
         return Err(

@@ -130,6 +130,16 @@ fn frames<R: Kind, const N: usize>(
         velocity_mps: radar.velocity_mps,
         ..usual
     };
+    // Half a wavelength in a period.
+    let alias_mps = 0.5 * chirp.wavelength_m / layout.period_s;
+    if let Some((low, high)) = config.velocity_mps
+        && high - low > 31.0 * alias_mps
+    {
+        let held = (high - low) / alias_mps;
+        return Err(format!(
+            "these velocities hold {held:.0} aliases, and at most 31 are weighed: narrow --velocity-mps, or shorten the period"
+        ));
+    }
     let plan = config.plan().map_err(text)?;
     let mut cells = vec![[0i32; 2]; plan.cells()];
     let mut frame = Frame::new(plan, Cells::Wide(&mut cells)).ok_or("too few cells")?;

@@ -69,12 +69,20 @@ pub fn uncertainty(text: &str) -> Result<Uncertainty, String> {
 }
 
 impl Told {
-    /// The calibration in the file; that of a perfect radar without one.
+    /// The calibration in the file; without one the phase at 0 m is unknown: any turn is as probable.
     ///
     /// # Errors
     /// The file cannot be read, or is no calibration.
     pub fn calibration(&self) -> Result<Calibration, String> {
-        let Some(path) = &self.calibration else { return Ok(Calibration::default()) };
+        let Some(path) = &self.calibration else {
+            if self.phase {
+                eprintln!(
+                    "the phase at 0 m is unknown, so that no range by phase is sure: --known-m calibrates, --calibration reads it"
+                );
+            }
+            let sigma_phase_rad = std::f32::consts::PI / 3f32.sqrt();
+            return Ok(Calibration { sigma_phase_rad, ..Calibration::default() });
+        };
         let wrong = |error: String| format!("{}: {error}", cli::name(path));
         let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
         let all: serde_json::Map<String, serde_json::Value> =
