@@ -80,16 +80,20 @@ impl Trials<'_> {
     pub fn chirps(&mut self, comb_hz: f64) -> bool {
         let ground = self.ground;
         let samples = ground.rate_hz / comb_hz;
-        let mut hops = vec![samples.round() as usize];
-        // The lines beside the strongest one are weak, and tell their distance to a hundredth. What comes again tells it to a sample.
-        let again = again(&ground, samples);
-        hops.extend(again.filter(|again| !hops.contains(again)));
+        // The lines beside the strongest one are weak, and tell their distance to a hundredth. What comes again tells it to a sample, if it does:
+        // the lines' own is tried where nothing holds with it.
+        let mut hops: Vec<usize> = again(&ground, samples).into_iter().collect();
+        let rough = samples.round() as usize;
+        if !hops.contains(&rough) {
+            hops.push(rough);
+        }
         let mut chirps = false;
         for hop in hops {
             // Many periods long the segments stay where they are, and within a period, too: a tone whose frequency swings is none.
             if hop < 80 || ground.samples.len() <= 6 * hop || swings(&ground, hop) {
                 continue;
             }
+            let before = self.held.len();
             let n = LENGTHS.into_iter().rev().find(|&n| n <= hop * 9 / 10);
             for n in n.into_iter().flat_map(|n| [n, n / 2]).filter(|&n| n >= 64) {
                 for step in 0..16 {
@@ -103,6 +107,9 @@ impl Trials<'_> {
                 }
             }
             chirps = true;
+            if self.held.len() > before {
+                break;
+            }
         }
         chirps
     }
