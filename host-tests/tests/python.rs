@@ -85,7 +85,7 @@ fn frames(place: &Path) {
     let length = (header.len() as u16).to_le_bytes();
     let npy = [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), &words].concat();
     fs::write(&file, npy).unwrap();
-    // What the module takes without a calibration: a radar whose phase at 0 m is 0.
+    // The module's `Calibration()`: a radar whose phase at 0 m is 0.
     let perfect = place.join("perfect.json");
     fs::write(&perfect, r#"{"phase_rad": 0, "sigma_phase_rad": 0, "offset_m": 0, "sigma_offset_m": 0, "slope_ppm": 0, "sigma_slope_ppm": 0}"#).unwrap();
     let known = "clock_ppm=20,carrier_ppm=1,slope_ppm=100,range_offset_m=1e-3,phase_rad=0.1";
