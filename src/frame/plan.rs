@@ -14,8 +14,11 @@ pub const CHIRPS: RangeInclusive<usize> = 8..=256;
 /// A velocity is on its bound within this share of the way to the next alias.
 pub(super) const ON_BOUND: f32 = 0.01;
 
-/// The most aliases that are weighed.
-pub(super) const MOST_ALIASES: usize = 32;
+/// The most aliases that bounds of the velocity may hold.
+pub const ALIASES: usize = 31;
+
+/// The most aliases that are weighed: one on each end.
+pub(super) const MOST_ALIASES: usize = ALIASES + 1;
 
 /// The user's settings of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,9 +114,7 @@ impl FrameConfig {
         let velocity = scale(-sign / (per_metre * middle.carrier_hz * period_s))?;
         let walk = -sign * per_metre * middle.slope * period_s * record_s;
         let [slowest, fastest] = bounds.velocity;
-        if bounds.limit_velocity()
-            && (fastest - slowest) / velocity.float.abs() > (MOST_ALIASES - 1) as f32
-        {
+        if bounds.limit_velocity() && (fastest - slowest) / velocity.float.abs() > ALIASES as f32 {
             return Err(ConfigError::Bounds);
         }
         Ok(FramePlan {

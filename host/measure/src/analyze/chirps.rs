@@ -11,7 +11,6 @@ use crate::{length, views, with_record};
 use picket_dsp::acquire::sample::{Segment, Stamp};
 use picket_dsp::config::{Config, SPEED_OF_LIGHT, Scene};
 use picket_dsp::pipeline::{Outcome, Pipeline};
-use picket_dsp::solve::phase_range::PhaseRanging;
 use picket_dsp::tone::effort::Effort;
 use picket_dsp::tone::lines::MOST;
 use picket_dsp::{Chirp, Mixing, Shape};
@@ -193,14 +192,8 @@ fn chirps<R: Kind, const N: usize>(
         ..Config::new(rate_hz, cut.codes)
     };
     let mut pipeline = Box::new(Pipeline::<R, N>::new(config.plan::<R, N>().map_err(super::text)?));
-    let (calibration, sawtooth) = (told.calibration()?, radar.shape == Shape::Sawtooth);
-    let ranging = match told.phase {
-        true => {
-            let ranging = PhaseRanging::new(&chirp, rate_hz, N, R::IQ, calibration);
-            Some(ranging.map_err(super::text)?)
-        }
-        false => None,
-    };
+    let sawtooth = radar.shape == Shape::Sawtooth;
+    let ranging = told.ranging(&chirp, rate_hz, N, R::IQ)?;
     if told.phase && sawtooth {
         eprintln!("a sawtooth's range by phase is that of a target at rest");
     }

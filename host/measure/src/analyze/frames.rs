@@ -10,8 +10,8 @@ use crate::simulate::Kind;
 use crate::with_record;
 use picket_dsp::Chirp;
 use picket_dsp::acquire::sample::Segment;
-use picket_dsp::frame::{CHIRPS, Cells, Frame, FrameConfig, FrameTarget};
-use picket_dsp::solve::phase_range::{PhaseRange, PhaseRanging};
+use picket_dsp::frame::{ALIASES, CHIRPS, Cells, Frame, FrameConfig, FrameTarget};
+use picket_dsp::solve::phase_range::PhaseRange;
 use picket_dsp::solve::uncertainty::Budget;
 use picket_dsp::spectrum::Spectrum;
 use picket_dsp::spectrum::engine::I32;
@@ -133,21 +133,17 @@ fn frames<R: Kind, const N: usize>(
     // Half a wavelength in a period.
     let alias_mps = 0.5 * chirp.wavelength_m / layout.period_s;
     if let Some((low, high)) = config.velocity_mps
-        && high - low > 31.0 * alias_mps
+        && high - low > ALIASES as f64 * alias_mps
     {
         let held = (high - low) / alias_mps;
         return Err(format!(
-            "these velocities hold {held:.0} aliases, and at most 31 are weighed: narrow --velocity-mps, or shorten the period"
+            "these velocities hold {held:.0} aliases, and at most {ALIASES} are weighed: narrow --velocity-mps, or shorten the period"
         ));
     }
     let plan = config.plan().map_err(text)?;
     let mut cells = vec![[0i32; 2]; plan.cells()];
     let mut frame = Frame::new(plan, Cells::Wide(&mut cells)).ok_or("too few cells")?;
-    let calibration = told.calibration()?;
-    let ranging = match told.phase {
-        true => Some(PhaseRanging::new(&chirp, rate_hz, N, R::IQ, calibration).map_err(text)?),
-        false => None,
-    };
+    let ranging = told.ranging(&chirp, rate_hz, N, R::IQ)?;
     eprintln!("{assumed}");
     let mut spectrum = Box::new(Spectrum::<R, N, I32>::new());
     let mut blocks = recording.blocks(N, ramps.hop, cut.skip + ramps.skip as u64);

@@ -3,7 +3,8 @@
 use super::known;
 use crate::{band, cli, views};
 use clap::Args;
-use picket_dsp::solve::phase_range::Calibration;
+use picket_dsp::Chirp;
+use picket_dsp::solve::phase_range::{Calibration, PhaseRanging};
 use picket_dsp::solve::uncertainty::Uncertainty;
 use picket_wire::view;
 use std::path::PathBuf;
@@ -96,5 +97,21 @@ impl Told {
             true => Ok(Calibration::from(&told)),
             false => Err(wrong("no calibration: --known-m --save writes one".into())),
         }
+    }
+
+    /// The solver of ranges by phase with this calibration, where they are asked for.
+    ///
+    /// # Errors
+    /// Those of [`Told::calibration`], or the chirp has no ranges by phase.
+    pub fn ranging(
+        &self,
+        chirp: &Chirp,
+        rate_hz: f64,
+        n: usize,
+        iq: bool,
+    ) -> Result<Option<PhaseRanging>, String> {
+        let calibration = self.calibration()?;
+        let ranging = || PhaseRanging::new(chirp, rate_hz, n, iq, calibration);
+        self.phase.then(ranging).transpose().map_err(super::text)
     }
 }
