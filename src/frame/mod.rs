@@ -96,7 +96,7 @@ mod transform;
 pub use cells::Cells;
 pub use map::TARGETS;
 pub use periods::settle;
-pub use plan::{ALIASES, CHIRPS, FrameConfig, FramePlan};
+pub use plan::{ALIASES, CHIRPS, FREE_ALIASES, FrameConfig, FramePlan};
 pub use target::FrameTarget;
 
 use crate::math::scalar::Scalar as _;

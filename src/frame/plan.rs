@@ -17,6 +17,9 @@ pub(super) const ON_BOUND: f32 = 0.01;
 /// The most aliases that bounds of the velocity may hold.
 pub const ALIASES: usize = 31;
 
+/// The aliases that are weighed without bounds of the velocity: the slowest and its neighbours.
+pub const FREE_ALIASES: usize = 3;
+
 /// The most aliases that are weighed: one on each end.
 pub(super) const MOST_ALIASES: usize = ALIASES + 1;
 
@@ -188,7 +191,8 @@ impl FramePlan {
         let turns = echo.turns(self) - echo.alias as f32;
         let slowest = -libm::roundf(turns) as i32;
         if !self.bounds.limit_velocity() {
-            return [slowest - 1, slowest + 1];
+            let beside = FREE_ALIASES as i32 / 2;
+            return [slowest - beside, slowest + beside];
         }
         let [a, b] = self.bounds.velocity.map(|end| end / self.velocity.float - turns);
         // A velocity on the bound is within it.

@@ -62,6 +62,19 @@ impl Axes {
         &self.axes[..self.count]
     }
 
+    /// The same sides with chirps and samples exchanged, as in the transposed array.
+    pub fn exchanged(&self) -> Self {
+        let mut other = *self;
+        for axis in &mut other.axes[..self.count] {
+            *axis = match *axis {
+                Axis::Chirp => Axis::Sample,
+                Axis::Sample => Axis::Chirp,
+                axis => axis,
+            };
+        }
+        other
+    }
+
     /// What these sides may count: the one that runs fastest the samples.
     fn proposed(sides: &[u64], rows_first: bool, complex: bool) -> Option<Self> {
         let mut sides: Vec<u64> = sides.to_vec();
@@ -194,7 +207,9 @@ impl Cube {
         }
         let order: Vec<(u64, u64)> =
             of(Axis::Frame).chain(of(Axis::Chirp)).chain(of(Axis::Receiver)).collect();
-        let mut note = format!("the shape ({shape}) is taken as {axes}");
+        let mut note = format!(
+            "the shape ({shape}) is taken as {axes}: a record is {samples} samples in time (--axes says otherwise)"
+        );
         if options.axes.is_some() {
             note = format!("the shape ({shape}) is {axes}");
         }

@@ -2,7 +2,7 @@
 
 mod error;
 
-use crate::cli::{self, print_line};
+use crate::cli::{self, decimals, print_line};
 use crate::device::{Listener, Said};
 use crate::progress;
 use crate::watch::WatchError;
@@ -20,13 +20,13 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Compares a board's sample clock with a reference at its input, and prints the setting `clock_ppm` that corrects it.
+/// Measures the clock error of a board by a reference at its input, and prints the setting `clock_ppm` that corrects it.
 #[derive(Args, Debug)]
 pub struct Options {
     /// The board's serial port (/dev/ttyACM0); without a port the ports are listed
     #[arg(conflicts_with = "replay")]
     port: Option<String>,
-    /// The frequency of the sine at the board's input, known better than the board's crystal
+    /// The frequency of the sine at the board's input, known better than the board's clock error
     #[arg(long, value_name = "HZ", value_parser = cli::positive_hertz)]
     reference: f64,
     /// Duration of the measurement, s
@@ -334,8 +334,7 @@ impl Calibrated {
     /// For people.
     fn lines(&self) -> Vec<String> {
         let Self { reference_hz, mean_hz, sigma_hz, records, left_out, seconds, .. } = *self;
-        let digits = |sigma: f64| (1.0 - sigma.log10().floor()).clamp(0.0, 9.0) as usize;
-        let (fine, ppm) = (digits(sigma_hz), digits(self.sigma_ppm));
+        let (fine, ppm) = (decimals(sigma_hz), decimals(self.sigma_ppm));
         let left = if left_out == 0 { String::new() } else { format!(", {left_out} left out") };
         let mean = format!(
             "{records} records in {seconds:.1} s{left}: {mean_hz:.fine$} Hz ± {sigma_hz:.fine$} Hz where the reference is {reference_hz} Hz"

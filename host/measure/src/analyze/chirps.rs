@@ -100,16 +100,20 @@ impl Radar {
     /// A record is the end of its ramp, whose beginning settles; of records of their own it is their end.
     ///
     /// # Errors
-    /// The ramps are shorter than a record, or do not repeat after a whole number of samples.
+    /// The ramps are shorter than a record, or do not repeat after a whole number of samples; an array looks transposed.
     pub fn ramps(
         &self,
         recording: &Recording,
+        cut: &Cut,
         n: Option<usize>,
         told: &Told,
     ) -> Result<Ramps, String> {
         let rate_hz = recording.rate_hz();
         let ramp = (self.chirp_s * rate_hz).round() as usize;
         let row = recording.row().and_then(|row| usize::try_from(row).ok());
+        if cut.read.axes.is_none() {
+            self.check_axes(recording, ramp)?;
+        }
         let hop = match (row, told.period_s) {
             (Some(row), _) => row,
             (None, None) => ramp,
@@ -132,6 +136,24 @@ impl Radar {
         Ok(Ramps { n, hop, skip: within - n })
     }
 
+    /// Whether an array whose axes nobody told is another way round: as many chirps as a ramp has samples, and records that are much
+    /// shorter than the ramp, or longer.
+    fn check_axes(&self, recording: &Recording, ramp: usize) -> Result<(), String> {
+        let sides = (recording.row(), recording.frame(), recording.axes());
+        let (Some(samples), Some(chirps), Some(axes)) = sides else { return Ok(()) };
+        let share = |side: u64| side as f64 / ramp as f64;
+        let fills = |side: u64| (0.75..=1.0).contains(&share(side));
+        if !fills(chirps) || (0.5..=1.0).contains(&share(samples)) {
+            return Ok(());
+        }
+        let other = axes.exchanged();
+        Err(format!(
+            "a ramp of {} s has {ramp} samples at {} Hz, and the array {samples} times {chirps}: transposed, --axes {other}, or as it is, --axes {axes}",
+            self.chirp_s,
+            recording.rate_hz()
+        ))
+    }
+
     /// The waveform, whose records begin where they lie in the recording's ramps or where that is told.
     pub fn chirp(&self, rate_hz: f64, ramps: &Ramps, told: &Told) -> Chirp {
         Chirp {
@@ -140,6 +162,7 @@ impl Radar {
             bandwidth_hz: self.bandwidth_hz,
             duration_s: self.chirp_s,
             guard_s: told.guard_s.unwrap_or(ramps.skip as f64 / rate_hz),
+            sweep_curvature: told.curvature,
             mixing: self.mixing,
             ..Chirp::default()
         }
@@ -162,7 +185,7 @@ pub fn run(
     if recording.clock().is_some_and(|clock| clock.walk_s > 0.0) {
         return Err(recording.clock().map_or(String::new(), |clock| cut::uneven(&clock, cut.n)));
     }
-    let ramps = radar.ramps(&recording, n, told)?;
+    let ramps = radar.ramps(&recording, cut, n, told)?;
     if let Some(layout) = frames::layout(&recording, radar, told) {
         let mut sink = |found: frames::Found| sink(&Finding::Frame(Box::new(found)));
         let tally = frames::run(file, recording, cut, (&ramps, &layout), radar, told, &mut sink)?;

@@ -75,8 +75,8 @@ pub fn run(
                 return Err("--displacement takes --shape sawtooth, or no --chirp-s".into());
             }
             let recording = Recording::open(file, cut.read).map_err(super::text)?;
+            let ramps = radar.ramps(&recording, cut, n, told)?;
             cut::assumed(file, &recording);
-            let ramps = radar.ramps(&recording, n, told)?;
             let chirp = radar.chirp(recording.rate_hz(), &ramps, told);
             (recording, ramps.n, ramps.hop, cut.skip + ramps.skip as u64, Some(chirp))
         }

@@ -10,7 +10,7 @@ use crate::simulate::Kind;
 use crate::with_record;
 use picket_dsp::Chirp;
 use picket_dsp::acquire::sample::Segment;
-use picket_dsp::frame::{ALIASES, CHIRPS, Cells, Frame, FrameConfig, FrameTarget};
+use picket_dsp::frame::{ALIASES, CHIRPS, Cells, FREE_ALIASES, Frame, FrameConfig, FrameTarget};
 use picket_dsp::solve::phase_range::PhaseRange;
 use picket_dsp::solve::uncertainty::Budget;
 use picket_dsp::spectrum::Spectrum;
@@ -79,7 +79,13 @@ pub fn run(
         let there = layout.together;
         return Err(format!("the recording has {there} chirps together: give fewer --chirps"));
     }
-    let assumed = assumed(&recording, layout, ramps, &chirp, told);
+    let (row, ramp) = (recording.row().unwrap_or(0), radar.chirp_s * recording.rate_hz());
+    if told.period_s.is_none() && row as f64 > ramp + 1.0 {
+        return Err(format!(
+            "a record has {row} samples and a ramp {ramp:.0}: chirps pause, and velocities need the time from one's start to the next's, --period-s"
+        ));
+    }
+    let assumed = assumed(&recording, layout, ramps, (&chirp, radar), told);
     let assumed = format!("{}: {assumed}", crate::cli::name(file));
     with_record!(recording.iq(), ramps.n, R, N => frames::<R, N>(recording, cut, (ramps, layout, chirp, &assumed), radar, told, sink))
 }
@@ -89,9 +95,22 @@ fn assumed(
     recording: &Recording,
     layout: &Layout,
     ramps: &Ramps,
-    chirp: &Chirp,
+    (chirp, radar): (&Chirp, &Radar),
     told: &Told,
 ) -> String {
+    let period = match told.period_s {
+        Some(_) => "",
+        None => {
+            ", which is the ramp without a pause, and velocities go with it (--period-s says otherwise)"
+        }
+    };
+    let aliases = match radar.velocity_mps {
+        Some(_) => String::new(),
+        None => format!(
+            "; velocities are weighed at {FREE_ALIASES} aliases, {:.4} m/s apart, and odds are among these (--velocity-mps says otherwise)",
+            alias_mps(chirp, layout)
+        ),
+    };
     let named = |is_told: bool, option: &str| match is_told {
         true => String::new(),
         false => format!(" ({option} says otherwise)"),
@@ -101,15 +120,20 @@ fn assumed(
         _ => String::new(),
     };
     format!(
-        "{}{} chirps a frame{left}; one each {:.6} us{}; {} samples of a chirp, from {:.3} us into its ramp{}",
+        "{}{} chirps a frame{left}; one each {:.6} us{}; {} samples of a chirp, from {:.3} us into its ramp{}{aliases}",
         recording.assumed().map_or(String::new(), |assumed| assumed + "; "),
         layout.chirps,
         1e6 * layout.period_s,
-        named(told.period_s.is_some(), "--period-s"),
+        period,
         ramps.n,
         1e6 * chirp.guard_s,
         named(told.guard_s.is_some(), "--guard-s"),
     )
+}
+
+/// From one alias of a velocity to the next: half a wavelength in a period.
+fn alias_mps(chirp: &Chirp, layout: &Layout) -> f64 {
+    0.5 * chirp.wavelength_m / layout.period_s
 }
 
 fn frames<R: Kind, const N: usize>(
@@ -130,8 +154,7 @@ fn frames<R: Kind, const N: usize>(
         velocity_mps: radar.velocity_mps,
         ..usual
     };
-    // Half a wavelength in a period.
-    let alias_mps = 0.5 * chirp.wavelength_m / layout.period_s;
+    let alias_mps = alias_mps(&chirp, layout);
     if let Some((low, high)) = config.velocity_mps
         && high - low > ALIASES as f64 * alias_mps
     {

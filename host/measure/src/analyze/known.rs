@@ -47,8 +47,8 @@ pub fn run(
     if !recording.knows_rate() {
         return Err("ranges need the sample rate: add --rate HZ".into());
     }
+    let ramps = radar.ramps(&recording, cut, n, told)?;
     cut::assumed(file, &recording);
-    let ramps = radar.ramps(&recording, n, told)?;
     let chirp = radar.chirp(recording.rate_hz(), &ramps, told);
     let place = (ramps.hop, cut.skip + ramps.skip as u64);
     with_record!(recording.iq(), ramps.n, R, N => calibrate::<R, N>(recording, (cut, place), &chirp, known))

@@ -3,8 +3,9 @@
 use super::Style;
 use super::chirps::{Finding, Found};
 use super::frames;
-use crate::cli::print_line;
+use crate::cli::{decimals, figures, print_line};
 use crate::views;
+use picket_dsp::Candidate;
 use picket_dsp::solve::phase_range::PhaseRange;
 use picket_dsp::tone::verdict::Verdict;
 use picket_wire::view;
@@ -81,11 +82,14 @@ fn print_chirp(found: &Found, style: Style) {
             ));
         }
         Style::Text => {
-            let [velocity, sigma] = [velocity_mps, sigma_velocity_mps]
-                .map(|x| x.map_or("-".into(), |x| format!("{x:.4}")));
+            let [velocity, sigma] = match (velocity_mps, sigma_velocity_mps) {
+                (Some(velocity), Some(sigma)) => figures(*velocity, *sigma),
+                _ => ["-".into(), "-".into()],
+            };
+            let [beat, sigma_beat] = figures(*frequency_hz, *sigma_hz);
+            let [range, sigma_range] = figures(*range_m, *sigma_range_m);
             print_line(&format!(
-                "{chirp:>8} {time_s:>11.4} {frequency_hz:>14.4} {sigma_hz:>10.4} {range_m:>12.6} {sigma_range_m:>10.6} {velocity:>13} {sigma:>10} \
-                 {snr_db:>7.1}  {verdict}"
+                "{chirp:>8} {time_s:>11.7} {beat:>14} {sigma_beat:>10} {range:>12} {sigma_range:>10} {velocity:>13} {sigma:>10} {snr_db:>7.1}  {verdict}"
             ));
         }
     }
@@ -139,7 +143,10 @@ fn text(found: &frames::Found) -> String {
     let by_phase = phase.as_ref().map_or(String::new(), |(answer, budget)| {
         let sigma = budget.map_or(answer.uncertainty, |budget| budget.total()[0]);
         match answer.is_sure() {
-            true => format!(" {:>14.7} {sigma:>10.7}", answer.range),
+            true => {
+                let [range, sigma] = figures(answer.range.to_num(), sigma.into());
+                format!(" {range:>14} {sigma:>10}")
+            }
             false => format!(" {:>14} {:>10}", "-", "-"),
         }
     });
@@ -148,21 +155,20 @@ fn text(found: &frames::Found) -> String {
     let mut verdicts = vec![own[0].name()];
     verdicts.extend((own[1] != own[0] && own[1] != Verdict::Good).then(|| own[1].name()));
     verdicts.extend(also.map(Verdict::name));
-    let velocity = target.velocity.unwrap_or_default();
+    let velocity = target.velocity.unwrap_or_default().to_num();
+    let [sigma_range, sigma_velocity] = [sigma_range, sigma_velocity].map(f64::from);
+    let [range, of_range] = figures(target.range.to_num(), sigma_range);
+    let [velocity, of_velocity] = figures(velocity, sigma_velocity);
     let mut text = format!(
-        "{frame:>8} {:>12.6} {sigma_range:>10.6}{by_phase} {velocity:>13.5} {sigma_velocity:>10.5} {:>7.1}  {}",
-        target.range,
+        "{frame:>8} {range:>12} {of_range:>10}{by_phase} {velocity:>13} {of_velocity:>10} {:>7.1}  {}",
         seen.line.tone.snr_db(),
         verdicts.join(", ")
     );
-    for candidate in target.ambiguity.candidates() {
-        text += &format!(
-            "\n{:>8} {:>12.6} m, {:.4} m/s ({:.1} %)",
-            "or",
-            candidate.range,
-            candidate.velocity,
-            100.0 * candidate.odds
-        );
+    let [metres, speed] = [sigma_range, sigma_velocity].map(decimals);
+    for Candidate { range, velocity, odds } in target.ambiguity.candidates() {
+        let odds = 100.0 * odds;
+        text +=
+            &format!("\n{:>8} {range:>12.metres$} m, {velocity:.speed$} m/s ({odds:.1} %)", "or");
     }
     if let Some((answer, _)) = phase.as_ref().filter(|(answer, _)| !answer.is_sure()) {
         text += &by_phase_of(answer);

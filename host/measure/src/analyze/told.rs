@@ -22,6 +22,9 @@ pub struct Told {
     /// From a ramp's start to its record's first sample, s [default: by the record's place]
     #[arg(long, value_name = "S", value_parser = cli::number, requires = "chirp_s")]
     pub guard_s: Option<f64>,
+    /// The height of a ramp's middle above the straight line between its ends, as a share of the bandwidth: above -0.25 and below 0.25
+    #[arg(long, value_name = "SHARE", value_parser = curvature, allow_negative_numbers = true, default_value_t = 0.0, requires = "chirp_s")]
+    pub curvature: f64,
     /// The ranges that targets may have, m
     #[arg(long, value_name = "LO:HI", value_parser = band::parse, allow_hyphen_values = true, requires = "chirp_s")]
     pub range_m: Option<(f64, f64)>,
@@ -45,6 +48,11 @@ pub struct Told {
     /// The way of the strongest target by its phase, block by block or chirp by chirp, and the lines of its spectrum; with --carrier-hz
     #[arg(long, requires = "carrier_hz")]
     pub displacement: bool,
+}
+
+fn curvature(text: &str) -> Result<f64, String> {
+    let share = cli::number(text).ok().filter(|share| share.abs() < 0.25);
+    share.ok_or_else(|| "give a share of the bandwidth above -0.25 and below 0.25".into())
 }
 
 fn chirps(text: &str) -> Result<usize, String> {

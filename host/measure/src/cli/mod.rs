@@ -3,7 +3,7 @@
 mod print;
 mod values;
 
-pub use print::{name, print, print_line, quoted, short};
+pub use print::{decimals, figures, name, print, print_line, quoted, short};
 pub use values::{MAGNITUDES, count, hertz, number, picture, positive, positive_hertz};
 
 use crate::end;

@@ -26,6 +26,18 @@ pub(super) fn printed(message: &str) -> String {
     lines.join("\n")
 }
 
+/// The decimals that show two digits of one standard deviation.
+pub fn decimals(sigma: f64) -> usize {
+    // Casts saturate.
+    (1.0 - sigma.log10().floor()).clamp(0.0, 9.0) as usize
+}
+
+/// A value and its standard deviation, with two digits of this.
+pub fn figures(value: f64, sigma: f64) -> [String; 2] {
+    let digits = decimals(sigma);
+    [value, sigma].map(|number| format!("{number:.digits$}"))
+}
+
 /// A word as a shell takes it.
 pub fn quoted(word: &str) -> String {
     let plain =

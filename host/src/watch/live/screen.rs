@@ -1,6 +1,7 @@
 //! What stands on the terminal: the answer, its verdict, its course, the counters.
 
 use super::{Live, Quantity, Target, Value};
+use crate::cli::decimals;
 use crate::device::Listener;
 use crate::watch::error::unknown;
 use picket_dsp::tone::{Usable, Verdict};
@@ -186,8 +187,7 @@ impl Live {
 
 /// A value with as many digits as its sigma permits.
 fn figure(name: &str, (value, sigma): Value, unit: &str) -> Line<'static> {
-    let digits =
-        if sigma > 0.0 { (1.0 - sigma.log10().floor()).clamp(0.0, 9.0) as usize } else { 3 };
+    let digits = if sigma > 0.0 { decimals(sigma) } else { 3 };
     let bold = Style::new().add_modifier(Modifier::BOLD);
     Line::from(vec![
         Span::raw(format!(" {name:>9}  ")),
