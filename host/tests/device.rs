@@ -573,7 +573,7 @@ fn without_a_port_the_ports_are_listed() {
     let last = message.lines().last().unwrap();
     assert_eq!(output.status.code(), Some(2), "{message}");
     assert!(
-        last.contains("name the port: picket watch ") || last.contains("there is no serial port"),
+        last.contains("name the port: picket watch ") || last.contains("plug the board in"),
         "{message}"
     );
 }

@@ -108,3 +108,27 @@ fn a_full_disk_leaves_no_half_of_a_picture() {
         fs::remove_dir(&folder).unwrap();
     }
 }
+
+/// Each run of the doctor has a report of its own.
+#[test]
+fn reports_are_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let doctor = |more: &[&str]| {
+        let output = Command::new(PICKET)
+            .args(["doctor", "/nowhere/port"])
+            .args(more)
+            .current_dir(&folder)
+            .output()
+            .unwrap();
+        output.status.code()
+    };
+    let there = || fs::read_dir(&folder).unwrap().count();
+    // No board holds a check, and the report says so.
+    assert_eq!((doctor(&[]), there()), (Some(1), 2));
+    let first = fs::read(folder.path().join("picket-doctor.json")).unwrap();
+    assert_eq!((doctor(&[]), there()), (Some(1), 4));
+    assert_eq!(fs::read(folder.path().join("picket-doctor.json")).unwrap(), first);
+    assert!(folder.path().join("picket-doctor-2.txt").exists());
+    assert_eq!((doctor(&["--force"]), there()), (Some(1), 4));
+    assert_eq!((doctor(&["--report", "picket-doctor-2.json"]), there()), (Some(2), 4));
+}

@@ -127,7 +127,7 @@ fn start(facts: &Facts) -> Outcome {
 fn clock(facts: &Facts) -> Outcome {
     let Some(boot) = facts.boot else { return unknown() };
     let missing = "the probe's clock does not reach the chip: SB16, SB50 and SB54 closed, SB55 open, R35 and R37 removed (docs/board.md)";
-    let seen = format!("{} MHz from {}", boot.core_hz / 1_000_000, boot.clock.name());
+    let seen = format!("{} MHz from {}", boot.core_hz / 1_000_000, boot.clock.message());
     (seen, if_not(boot.clock == Clock::External, missing))
 }
 

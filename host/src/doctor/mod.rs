@@ -21,9 +21,9 @@ use std::process::ExitCode;
 pub struct Options {
     /// The board's serial port; without it the ports are listed
     port: Option<String>,
-    /// File for the report as JSON; the list goes next to it, as text
-    #[arg(long, value_name = "FILE", default_value = "picket-doctor.json")]
-    report: PathBuf,
+    /// File for the report as JSON; the list goes next to it, as text [default: picket-doctor.json, then picket-doctor-2.json and so on]
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
     /// Duration of the checks, in seconds of the board
     #[arg(long, value_name = "SECONDS", default_value_t = 4, value_parser = clap::value_parser!(u32).range(2..=600))]
     seconds: u32,
@@ -65,8 +65,9 @@ pub fn run(options: &Options) -> Result<ExitCode, DoctorError> {
         lines.iter().for_each(|line| eprintln!("{line}"));
         return Err(DoctorError::Port(WatchError::Nameless(first)));
     };
-    let list = options.report.with_extension("txt");
-    for file in [&options.report, &list] {
+    let report = options.report.clone().unwrap_or_else(|| next(options.output));
+    let list = report.with_extension("txt");
+    for file in [&report, &list] {
         options.output.check(file, &[]).map_err(DoctorError::Report)?;
     }
     let (facts, source) = match Source::open(Some(port), None) {
@@ -92,9 +93,20 @@ pub fn run(options: &Options) -> Result<ExitCode, DoctorError> {
         lines.extend(list.into_iter().rev().skip(1).collect::<Vec<_>>().into_iter().rev());
     }
     let json = report::json(port, &facts, &checks, &lines);
-    options.output.write(&options.report, json.as_bytes()).map_err(DoctorError::Report)?;
+    options.output.write(&report, json.as_bytes()).map_err(DoctorError::Report)?;
     let text = report::text(&facts, &lines, &result);
     options.output.write(&list, text.as_bytes()).map_err(DoctorError::Report)?;
-    eprintln!("{} and {} are the report", options.report.display(), list.display());
+    eprintln!("{} and {} are the report", report.display(), list.display());
     Ok(if holds { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+/// The first report here that no run before has written.
+fn next(output: Output) -> PathBuf {
+    let name = |number: u32| match number {
+        1 => PathBuf::from("picket-doctor.json"),
+        number => format!("picket-doctor-{number}.json").into(),
+    };
+    let free = |file: &PathBuf| !(file.exists() || file.with_extension("txt").exists());
+    let free = |file: &PathBuf| output.force || free(file);
+    (1..1000).map(name).find(free).unwrap_or_else(|| name(1))
 }

@@ -80,7 +80,7 @@ impl fmt::Display for WatchError {
             WatchError::Port { name, cure } => write!(f, "{name}: {cure}"),
             WatchError::Nameless(Some(first)) => write!(f, "name the port: picket watch {first}"),
             WatchError::Nameless(None) => f.write_str(
-                "there is no serial port: plug the board in by its USB socket, or give - for bytes on stdin (--help lists all)",
+                "there is no board's serial port: plug the board in by its USB socket, name another port, or give - for bytes on stdin (--help lists all)",
             ),
             WatchError::Full { what, kept, source } => {
                 write!(f, "{what}: {source}; the first {kept} bytes are kept")

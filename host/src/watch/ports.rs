@@ -20,13 +20,18 @@ SUBSYSTEM==\"tty\", ATTRS{product}==\"Picket on a Pico\", MODE=\"0660\", GROUP=\
 SUBSYSTEM==\"usb\", ATTR{product}==\"Picket on a Pico\", ENV{ID_MM_DEVICE_IGNORE}=\"1\"
 ";
 
-/// A line for each port of this machine, the board's first, and the name of the first.
+/// A line for each port of this machine that a board may be at, the board's first, and the name of the first. Ports without USB are the
+/// machine's own, and counted.
 pub fn list() -> (Vec<String>, Option<String>) {
     // A machine that does not tell its ports has none that can be listed.
     described(serialport::available_ports().unwrap_or_default())
 }
 
-fn described(mut ports: Vec<SerialPortInfo>) -> (Vec<String>, Option<String>) {
+fn described(ports: Vec<SerialPortInfo>) -> (Vec<String>, Option<String>) {
+    let plugged = |port: &SerialPortInfo| {
+        matches!(port.port_type, SerialPortType::UsbPort(_) | SerialPortType::BluetoothPort)
+    };
+    let (mut ports, own): (Vec<_>, Vec<_>) = ports.into_iter().partition(plugged);
     ports.sort_by_key(|port| {
         let rank = match &port.port_type {
             SerialPortType::UsbPort(usb)
@@ -43,11 +48,21 @@ fn described(mut ports: Vec<SerialPortInfo>) -> (Vec<String>, Option<String>) {
         let what = match &port.port_type {
             SerialPortType::UsbPort(usb) => of_usb(usb),
             SerialPortType::BluetoothPort => "Bluetooth".into(),
-            _ => "no USB".into(),
+            _ => String::new(),
         };
         format!("{:16} {what}", port.port_name)
     });
-    (lines.collect(), ports.first().map(|port| port.port_name.clone()))
+    let mut lines: Vec<String> = lines.collect();
+    if let [first, rest @ ..] = &own[..] {
+        let name = &first.port_name;
+        lines.push(match rest.len() {
+            0 => format!("{name} is left out, because it is no USB port: it works by its name"),
+            more => format!(
+                "{name} and {more} more are left out, because they are no USB ports: each works by its name"
+            ),
+        });
+    }
+    (lines, ports.first().map(|port| port.port_name.clone()))
 }
 
 fn of_usb(usb: &UsbPortInfo) -> String {
@@ -99,11 +114,14 @@ mod tests {
     fn the_boards_port_comes_first() {
         let plain =
             SerialPortInfo { port_name: "/dev/ttyS0".into(), port_type: SerialPortType::Unknown };
-        let ports = vec![plain, port("/dev/ttyACM0", 0x2341), port("/dev/ttyACM1", BOARD)];
+        let ports = vec![plain.clone(), port("/dev/ttyACM0", 0x2341), port("/dev/ttyACM1", BOARD)];
         let (lines, first) = described(ports);
         assert_eq!(first.as_deref(), Some("/dev/ttyACM1"));
         assert!(lines[0].contains("STMicroelectronics STM32 STLink (USB 0483:374b, a NUCLEO"));
-        assert!(lines[1].starts_with("/dev/ttyACM0") && lines[2].ends_with("no USB"), "{lines:?}");
+        assert!(lines[1].starts_with("/dev/ttyACM0"), "{lines:?}");
+        // The machine's own port is no board.
+        let (lines, first) = described(vec![plain]);
+        assert!(first.is_none() && lines.len() == 1 && lines[0].contains("left out"), "{lines:?}");
     }
 
     #[test]
