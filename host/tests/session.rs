@@ -43,6 +43,29 @@ fn live_into_a_pipe_is_lines() {
     assert!(live.status.success() && live.stdout == lines.stdout, "{live:?}");
 }
 
+/// A row of comma-separated values has the verdict of the target beside the tone's, as an object of JSON has.
+#[test]
+fn the_targets_verdict_is_in_every_format() {
+    let watch = |flag: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_picket"));
+        let output = command.args(["watch", "--replay", FILE, flag]).output().unwrap();
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let json = watch("--jsonl");
+    let json = json.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+    let json: Vec<String> = json
+        .filter(|line| !line["method"].is_null())
+        .map(|line| line["outcome_verdict"].as_str().unwrap_or_default().to_owned())
+        .collect();
+    let csv = watch("--csv");
+    let mut rows = csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let heads = rows.next().unwrap();
+    let place = heads.iter().position(|head| *head == "outcome_verdict").unwrap();
+    let csv: Vec<&str> = rows.map(|row| row[place]).collect();
+    assert_eq!(csv, json);
+    assert!(csv.iter().filter(|verdict| **verdict == "good").count() > 5, "{csv:?}");
+}
+
 /// A recording of another time is told by its version.
 #[test]
 fn records_of_another_version_are_told() {

@@ -73,7 +73,7 @@ impl Reading {
         let Self { frequency_hz, sigma_hz, snr_db, amplitude_codes, .. } = *self;
         let (frequency, sigma) = (cell(frequency_hz), cell(sigma_hz));
         format!(
-            "{sequence},,{segment},,{frequency},{sigma},{snr_db},{amplitude_codes},,{verdict},,,,,,,,,{more}"
+            "{sequence},,{segment},,{frequency},{sigma},{snr_db},{amplitude_codes},,{verdict},,,,,,,,,,{more}"
         )
     }
 
@@ -178,7 +178,7 @@ struct Transit {
 }
 
 /// The header of comma-separated values.
-pub const CSV: &str = "sequence,time_s,segment,gap,frequency_hz,sigma_hz,snr_db,amplitude_codes,clipped,verdict,range_m,sigma_range_m,velocity_mps,sigma_velocity_mps,lost,faults,missing,bad_frames,line,phase_rad,sigma_phase_rad";
+pub const CSV: &str = "sequence,time_s,segment,gap,frequency_hz,sigma_hz,snr_db,amplitude_codes,clipped,verdict,range_m,sigma_range_m,velocity_mps,sigma_velocity_mps,outcome_verdict,lost,faults,missing,bad_frames,line,phase_rad,sigma_phase_rad";
 
 /// The header of the table, of blocks whose sample rate is known or of others.
 pub const fn table_heading(knows_rate: bool) -> &'static str {
@@ -307,6 +307,7 @@ impl Row {
             single(self.sigma_range_m),
             cell(self.velocity_mps),
             single(self.sigma_velocity_mps),
+            self.outcome_verdict.unwrap_or_default().into(),
             self.lost.to_string(),
             self.faults.to_string(),
             self.missing.to_string(),
