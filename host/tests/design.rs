@@ -66,3 +66,25 @@ fn from_a_wanted_sigma_to_settings() {
         ["--carrier-hz", "24G", "--rate", "10k", "--bandwidth-hz", "200M", "--chirp-s", "1e-3"];
     refused(DESIGN, &short, "the ramp is shorter");
 }
+
+/// A chirp's settings are a board's: it takes them, and its ramp rises as fast as the one that was asked for.
+#[test]
+fn settings_of_a_chirp_work_on_a_board() {
+    let radar = ["--carrier-hz", "24G", "--bandwidth-hz", "200M", "--rate", "200k", "--n", "1024"];
+    for (chirp_s, shape, guard) in
+        [("5.44e-3", "sawtooth", 64), ("5.3e-3", "triangle", 32), ("8e-3", "trapezoid", 64)]
+    {
+        let more = ["--chirp-s", chirp_s, "--shape", shape, "--json"];
+        let told = lines(DESIGN, &[&radar[..], &more[..]].concat());
+        let settings = &told.last().unwrap()["settings"];
+        let text = settings.to_string();
+        let (board, n) = picket_host::watch::settings::from_json(&text).unwrap();
+        let picket_dsp::Scene::Chirp(chirp) = board.config.scene else { panic!("{text}") };
+        assert_eq!((n, board.guard), (1024, guard), "{text}");
+        assert_eq!(settings["scene"]["chirp"]["shape"], shape);
+        assert_eq!(settings["drive"]["dac"]["low"], 250);
+        let slope = chirp.bandwidth_hz / (f64::from(1024 + guard) / 200e3);
+        let asked = 200e6 / chirp_s.parse::<f64>().unwrap();
+        assert!((slope / asked - 1.0).abs() < 1e-9, "{slope} {asked}");
+    }
+}

@@ -6,8 +6,10 @@ pub mod sheet;
 use crate::cli;
 use clap::Args;
 use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyle};
+use picket_dsp::Shape;
 use picket_dsp::config::SPEED_OF_LIGHT;
 use picket_dsp::solve::uncertainty::Uncertainty;
+use picket_measure::analyze::command::shape;
 use picket_measure::analyze::told;
 use picket_measure::length;
 use serde::ser::{Serialize, SerializeMap, Serializer};
@@ -42,6 +44,9 @@ pub struct Options {
     /// Duration of its ramp
     #[arg(long, value_name = "S", value_parser = cli::positive, requires = "bandwidth_hz")]
     chirp_s: Option<f64>,
+    /// Shape of the ramps in the settings: trapezoid, triangle or sawtooth
+    #[arg(long, value_name = "SHAPE", value_parser = shape(), default_value = "trapezoid", requires = "bandwidth_hz")]
+    shape: Shape,
     /// The fastest target
     #[arg(long, value_name = "M/S", value_parser = cli::positive)]
     velocity_mps: Option<f64>,
@@ -79,6 +84,7 @@ impl Options {
             snr_db: self.snr_db,
             iq: self.iq,
             chirp: self.bandwidth_hz.zip(self.chirp_s),
+            shape: self.shape,
             velocity_mps: self.velocity_mps,
             range_m: self.range_m,
             sigma_mps: self.sigma_mps,

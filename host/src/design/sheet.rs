@@ -1,5 +1,6 @@
 //! What a rate, a length and a level give, as numbers and as words: for the command and for the page.
 
+use picket_dsp::Shape;
 use picket_dsp::config::SPEED_OF_LIGHT;
 use picket_dsp::tone::sigma::bound_bins;
 use std::fmt;
@@ -8,6 +9,8 @@ use std::fmt;
 pub const LENGTHS: [usize; 7] = [64, 128, 256, 512, 1024, 2048, 4096];
 /// A tone has to lie so far below half the rate that filters let it pass, as a share of the rate.
 const USED: f64 = 0.4;
+/// Samples before a block that a board drops, at most, and their step: the DAC's stairs fit them.
+const GUARD: [f64; 2] = [64.0, 32.0];
 /// Bins from 0 Hz within which a tone cannot be distinguished from an offset.
 const EDGE_BINS: f64 = 1.5;
 /// The clocks of the cores whose load the sheet states.
@@ -28,6 +31,8 @@ pub struct Question {
     pub iq: bool,
     /// Bandwidth and duration of a ramp, Hz and s.
     pub chirp: Option<(f64, f64)>,
+    /// The ramps that the settings ask for.
+    pub shape: Shape,
     /// The fastest target, m/s.
     pub velocity_mps: Option<f64>,
     /// The farthest target of a chirp, m.
@@ -148,6 +153,14 @@ impl Row {
     }
 }
 
+/// A board's ramp.
+struct Ramp {
+    /// Samples before the block.
+    guard: u16,
+    /// What it sweeps until the block's end.
+    bandwidth_hz: f64,
+}
+
 /// An answer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design {
@@ -260,13 +273,39 @@ impl Design {
         ];
         sentences.extend(self.metres().map(|metres| {
             format!(
-                "1 m is {} Hz; ranges up to {} m. A single ramp shows 1 m/s as {} m: a trapezoid or an I/Q triangle separates them",
+                "1 m is {} Hz; ranges up to {} m. A single ramp shows 1 m/s as {} m: a trapezoid or an I/Q triangle separates them, a sawtooth from chirp to chirp",
                 digits(1.0 / metres),
                 digits(metres * rate_hz / 2.0),
                 digits(2.0 / wavelength_m * metres),
             )
         }));
+        sentences.extend(self.ramp().map(|ramp| {
+            let why = match (self.question.shape, iq) {
+                (Shape::Trapezoid, _) => "a trapezoid, whose flat part shows the velocity alone, in three times the ramp",
+                (Shape::Triangle, true) => "a triangle: the sum of its two beats is the range, their difference the velocity",
+                (Shape::Triangle, false) => "a triangle, which on real samples fits two targets: limit range or velocity",
+                (Shape::Sawtooth, _) => "a sawtooth, whose range is that of a target at rest: limit the velocity",
+            };
+            let drive = "made by the board's DAC; for another source put \"external\" or \"adf4159\" into `drive`";
+            format!(
+                "the settings ask for {why}; of the ramp {} Hz in {} guard samples and the block, {drive}",
+                digits(ramp.bandwidth_hz),
+                ramp.guard
+            )
+        }));
         sentences
+    }
+
+    /// The ramp that a board makes: it lasts a block and its guard, and rises as fast as the one that was asked for.
+    fn ramp(&self) -> Option<Ramp> {
+        let (bandwidth_hz, duration_s) = self.question.chirp?;
+        let n = self.rows.get(self.chosen?)?.n as f64;
+        let whole = duration_s * self.rate_hz;
+        let [most, step] = GUARD;
+        let guard = ((whole - n + 1e-6) / step).floor() * step;
+        let guard = guard.clamp(0.0, most);
+        let share = ((n + guard) / whole).min(1.0);
+        Some(Ramp { guard: guard as u16, bandwidth_hz: bandwidth_hz * share })
     }
 
     /// The headings of the cells of a row.
@@ -282,17 +321,22 @@ impl Design {
 
     /// The settings of the chosen length, as `picket watch --set-settings` takes them: JSON.
     pub fn settings(&self) -> Option<String> {
-        let (Question { wavelength_m, iq, chirp, .. }, rate_hz) = (self.question, self.rate_hz);
+        let (Question { wavelength_m, iq, shape, .. }, rate_hz) = (self.question, self.rate_hz);
         let n = self.rows.get(self.chosen?)?.n;
-        let scene = match chirp {
-            None => {
-                format!(r#"{{"doppler":{{"angle_rad":0.0,"wavelength_m":{wavelength_m:?}}}}}"#)
-            }
-            Some((bandwidth_hz, _)) => format!(
-                r#"{{"chirp":{{"bandwidth_hz":{bandwidth_hz:?},"shape":"trapezoid","wavelength_m":{wavelength_m:?}}}}}"#
-            ),
+        let board = format!(r#""iq":{iq},"n":{n},"rate_hz":{rate_hz:?}"#);
+        let Some(Ramp { guard, bandwidth_hz }) = self.ramp() else {
+            return Some(format!(
+                r#"{{{board},"scene":{{"doppler":{{"angle_rad":0.0,"wavelength_m":{wavelength_m:?}}}}}}}"#
+            ));
         };
-        Some(format!(r#"{{"iq":{iq},"n":{n},"rate_hz":{rate_hz:?},"scene":{scene}}}"#))
+        let shape = match shape {
+            Shape::Trapezoid => "trapezoid",
+            Shape::Triangle => "triangle",
+            Shape::Sawtooth => "sawtooth",
+        };
+        Some(format!(
+            r#"{{"drive":{{"dac":{{"high":3845,"low":250}}}},"guard":{guard},{board},"scene":{{"chirp":{{"bandwidth_hz":{bandwidth_hz:?},"shape":"{shape}","wavelength_m":{wavelength_m:?}}}}}}}"#
+        ))
     }
 }
 

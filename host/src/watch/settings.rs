@@ -273,9 +273,16 @@ impl Fields {
 /// Settings and length of a block from a JSON file.
 pub fn read(path: &Path) -> Result<(Settings, usize), WatchError> {
     let text = std::fs::read_to_string(path).map_err(io(path.display()))?;
-    let wrong = |what: String| WatchError::Settings(format!("{}: {what}", path.display()));
-    let fields: Fields = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
-    fields.settings().map_err(wrong)
+    from_json(&text).map_err(|what| WatchError::Settings(format!("{}: {what}", path.display())))
+}
+
+/// Settings and length of a block from JSON.
+///
+/// # Errors
+/// In one line, what is wrong with them.
+pub fn from_json(text: &str) -> Result<(Settings, usize), String> {
+    let fields: Fields = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    fields.settings()
 }
 
 /// Settings as JSON.

@@ -246,6 +246,7 @@ pub fn question(terms: &Terms) -> Question {
         range_m: given(range),
         sigma_mps: given(mps),
         sigma_m: given(m),
+        ..Question::default()
     }
 }
 

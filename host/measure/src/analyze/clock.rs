@@ -50,7 +50,7 @@ impl Reference {
         let total: f64 = good.iter().map(|it| weight(it.1)).sum();
         let mean = good.iter().map(|it| it.0.abs() * weight(it.1)).sum::<f64>() / total;
         if good.is_empty() {
-            return Err("no block is good: the clock's error cannot be measured".into());
+            return Err("no block is good: the clock error cannot be measured".into());
         }
         if (mean / hz - 1.0).abs() > 0.05 {
             return Err(format!(
@@ -79,7 +79,7 @@ impl ClockError {
             Style::Json => print_line(&serde_json::to_string(self).unwrap_or_default()),
             Style::Csv => {}
             Style::Text => print_line(&format!(
-                "clock: {clock_ppm:+.4} +- {sigma_clock_ppm:.4} ppm, by {measured_hz:.6} Hz for {reference_hz} Hz in {blocks} blocks"
+                "clock error: {clock_ppm:+.4} +- {sigma_clock_ppm:.4} ppm, by {measured_hz:.6} Hz for {reference_hz} Hz in {blocks} blocks"
             )),
         }
     }

@@ -55,14 +55,14 @@ pub struct Options {
     #[arg(long, value_name = "HZ", value_parser = cli::positive_hertz, requires = "chirp_s")]
     bandwidth_hz: Option<f64>,
     /// Shape of the ramps: sawtooth, triangle or trapezoid
-    #[arg(long, value_name = "SHAPE", value_parser = PossibleValuesParser::new(SHAPES.map(|it| it.0)), default_value = SHAPES[0].0, requires = "chirp_s")]
-    shape: String,
+    #[arg(long, value_name = "SHAPE", value_parser = shape(), default_value = SHAPES[0].0, requires = "chirp_s")]
+    shape: Shape,
     /// Limits of the targets' velocities, m/s; without them a sawtooth's range is ambiguous
     #[arg(long, value_name = "LO:HI", value_parser = crate::band::parse, allow_hyphen_values = true, requires = "chirp_s")]
     velocity_mps: Option<(f64, f64)>,
     #[command(flatten)]
     told: Told,
-    /// The recording is of a tone of this frequency: returns the error of the converter's clock
+    /// The recording is of a tone of this frequency: returns the clock error in ppm
     #[arg(long, value_name = "HZ", value_parser = cli::positive_hertz, conflicts_with_all = ["method", "chirp_s", "carrier_hz"])]
     reference: Option<f64>,
     /// Follow tones from block to block, as the firmware does
@@ -101,6 +101,12 @@ pub struct Options {
 /// Shapes of ramps.
 const SHAPES: [(&str, Shape); 3] =
     [("sawtooth", Shape::Sawtooth), ("triangle", Shape::Triangle), ("trapezoid", Shape::Trapezoid)];
+
+/// The names of the shapes.
+pub fn shape() -> impl TypedValueParser<Value = Shape> {
+    let names = PossibleValuesParser::new(SHAPES.map(|it| it.0));
+    names.map(|name| SHAPES.iter().find(|it| it.0 == name).map_or(Shape::Sawtooth, |it| it.1))
+}
 
 /// A carrier of a radar or a laser: from 100 MHz to the ultraviolet. A number that looks like gigahertz is reported.
 fn carrier_hz(text: &str) -> Result<f64, String> {
@@ -161,8 +167,7 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
     if let (Some(chirp_s), Some(bandwidth_hz), Some(carrier_hz)) =
         (options.chirp_s, options.bandwidth_hz, options.carrier_hz)
     {
-        let shape =
-            SHAPES.iter().find(|it| it.0 == options.shape).map_or(Shape::Sawtooth, |it| it.1);
+        let shape = options.shape;
         let (mixing, velocity_mps) = (options.mixing(), options.velocity_mps);
         let effort = options.input.effort;
         let usual = Config::new(1.0, codes).false_alarm;
