@@ -183,6 +183,25 @@ fn misuse_is_answered_as_clang_compiles_it() {
     misuse("clang", &[]);
 }
 
+/// The STM32Cube example on a stand-in for the HAL of four families: it calibrates as each does, starts its timer, and measures each half.
+#[test]
+fn the_cube_example_measures() {
+    needs("gcc", "gcc");
+    let hal = workspace().join("c/tests/hal");
+    for family in ["F4", "G4", "G0", "H7"] {
+        let define = format!("-DSTM32{family}");
+        let flags = ["-I", hal.to_str().unwrap(), &define];
+        let program = program("gcc", "cube.c", &flags);
+        let out = said(&mut Command::new(program));
+        let tones: Vec<&str> = out.lines().collect();
+        assert_eq!(tones.len(), 8, "{family}: {out}");
+        for tone in tones {
+            let (hertz, good) = tone.split_once(' ').unwrap();
+            assert!((hertz.parse::<f64>().unwrap() - 1000.0).abs() < 0.1 && good == "1", "{family}: {out}");
+        }
+    }
+}
+
 /// A frame's targets, ranges by phase, budgets and the way have the bits of the library, and are true of the simulator's scene.
 #[test]
 fn frames_are_those_of_the_library() {
