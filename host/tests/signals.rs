@@ -89,3 +89,39 @@ fn an_echo_below_the_noise() {
     refused(ANALYZE, &[&path, "--accumulate", "0"], "0");
     refused(ANALYZE, &[&path, "--burst", "--n", "1000"], "choose 512 or 1024");
 }
+
+/// A target at rest before a lidar whose laser's phase walks: the range has the error that follows from the linewidth and the delay, and sigma
+/// has it where this is stated as the width of a line that moves as much.
+#[test]
+fn the_phase_of_a_laser_walks_during_the_delay() {
+    for (range_m, linewidth_hz, n) in [(20.0, 1e5, 2048), (20.0, 1e5, 1024), (40.0, 1e4, 2048)] {
+        let scene = Scene::from_json(&format!(
+            r#"{{"seed": {}, "rate_hz": 250e6, "seconds": 5e-3,
+                "waveform": {{"shape": "sawtooth", "carrier_hz": 193.4e12, "bandwidth_hz": 1e9, "ramp_s": 10e-6, "linewidth_hz": {linewidth_hz}}},
+                "sources": [{{"target": {{"range_m": {range_m}, "amplitude": 900}}}}],
+                "receiver": {{"noise": {{"snr_db": 25}}}}}}"#,
+            seed(43),
+        ));
+        let path = recorded("laser.wav", &scene.unwrap());
+        let (delay_s, record_s) = (2.0 * range_m / 299_792_458.0, f64::from(n) / 250e6);
+        let variance = 6.0 * linewidth_hz * delay_s * delay_s / std::f64::consts::PI;
+        let metres = 299_792_458.0 * 10e-6 / (2.0 * 1e9);
+        let told_m = metres * (variance / f64::powi(record_s, 3)).sqrt();
+        let width = 10.0 * linewidth_hz * (delay_s / record_s).powi(2);
+        let lidar = ["--chirp-s", "10e-6", "--bandwidth-hz", "1G", "--carrier-hz", "193.4e12"];
+        let more = ["--velocity-mps=-0.01:0.01", "--chirps", "1", "--json"];
+        let (n, width) = (n.to_string(), width.to_string());
+        let how = ["--n", &n, "--linewidth", &width];
+        let all = lines(ANALYZE, &[&[&path[..]], &lidar[..], &more[..], &how[..]].concat());
+        assert_eq!(all.len(), 500);
+        let mean = |of: &dyn Fn(&serde_json::Value) -> f64| {
+            all.iter().map(|line| of(line).powi(2)).sum::<f64>() / all.len() as f64
+        };
+        let error = |line: &serde_json::Value| line["range_m"].as_f64().unwrap() - range_m;
+        let ratio = mean(&error).sqrt() / told_m;
+        let square = mean(&|line| error(line) / line["sigma_range_m"].as_f64().unwrap());
+        println!("{range_m} m, {linewidth_hz} Hz, {n}: {ratio:.3} of {told_m:.2e} m, square {square:.3}");
+        // 500 records know the rms to 3 %.
+        assert!((0.85..1.15).contains(&ratio) && (0.7..1.3).contains(&square), "{ratio} {square}");
+    }
+}
