@@ -109,7 +109,7 @@ fn the_phase_of_a_laser_walks_during_the_delay() {
         let told_m = metres * (variance / f64::powi(record_s, 3)).sqrt();
         let width = 10.0 * linewidth_hz * (delay_s / record_s).powi(2);
         let lidar = ["--chirp-s", "10e-6", "--bandwidth-hz", "1G", "--carrier-hz", "193.4e12"];
-        let more = ["--velocity-mps=-0.01:0.01", "--chirps", "1", "--json"];
+        let more = ["--velocity-mps=-0.0001:0.0001", "--chirps", "1", "--json"];
         let (n, width) = (n.to_string(), width.to_string());
         let how = ["--n", &n, "--linewidth", &width];
         let all = lines(ANALYZE, &[&[&path[..]], &lidar[..], &more[..], &how[..]].concat());
