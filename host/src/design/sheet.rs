@@ -304,8 +304,8 @@ impl Design {
         let [most, step] = GUARD;
         let guard = ((whole - n + 1e-6) / step).floor() * step;
         let guard = guard.clamp(0.0, most);
-        let share = ((n + guard) / whole).min(1.0);
-        Some(Ramp { guard: guard as u16, bandwidth_hz: bandwidth_hz * share })
+        let swept_hz = bandwidth_hz * (n + guard) / whole;
+        Some(Ramp { guard: guard as u16, bandwidth_hz: swept_hz.min(bandwidth_hz) })
     }
 
     /// The headings of the cells of a row.
