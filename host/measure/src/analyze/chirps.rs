@@ -164,7 +164,6 @@ impl Radar {
             guard_s: told.guard_s.unwrap_or(ramps.skip as f64 / rate_hz),
             sweep_curvature: told.curvature,
             mixing: self.mixing,
-            ..Chirp::default()
         }
     }
 }
