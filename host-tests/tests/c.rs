@@ -197,7 +197,10 @@ fn the_cube_example_measures() {
         assert_eq!(tones.len(), 8, "{family}: {out}");
         for tone in tones {
             let (hertz, good) = tone.split_once(' ').unwrap();
-            assert!((hertz.parse::<f64>().unwrap() - 1000.0).abs() < 0.1 && good == "1", "{family}: {out}");
+            assert!(
+                (hertz.parse::<f64>().unwrap() - 1000.0).abs() < 0.1 && good == "1",
+                "{family}: {out}"
+            );
         }
     }
 }
