@@ -446,6 +446,31 @@ async function files() {
   await context.close();
 }
 
+/** Files that do not tell their rate or their codes: measured at once, and again as each is typed beside the answer. */
+async function bare() {
+  const { page, errors, context } = await open(browser);
+  await page.keyboard.press("2");
+  const told = [["bare.i16", {}], ["bare.i16", { file_rate_hz: 48000 }], ["bare-adc.u16", { bits: -12 }], ["bare.dat", { format: 6 }]];
+  for (const [file, fields] of told) {
+    for (const [name, value] of Object.entries({ file_rate_hz: "", bits: 16, format: 0 })) await slide(page, name, value);
+    await page.evaluate(() => { document.querySelector("#file-name").textContent = ""; });
+    await drop(page, file);
+    await measured(page);
+    for (const [name, value] of Object.entries(fields)) {
+      await page.evaluate(() => { document.querySelector("#file-name").textContent = ""; });
+      await slide(page, name, value);
+      await measured(page);
+    }
+    const asked = await page.evaluate(() => {
+      const [said, rate] = ["#asked", "#file_rate_hz"].map((name) => document.querySelector(name));
+      return [said.checkVisibility() ? said.textContent : "", rate.closest("#answer") !== null, rate.checkVisibility(), document.querySelector("#spectrum-title").textContent];
+    });
+    const found = Object.keys(fields).length ? [] : await hindrances(page, "a file without a rate");
+    tell("bare", { errors, file, fields, asked, found, ...await answer(page), json: (await saved(page, "json")).toString() });
+  }
+  await context.close();
+}
+
 /** Of a recording with two channels: either of them, both as I and Q, at another rate. */
 async function choices() {
   const { page, errors, context } = await open(browser);
@@ -540,6 +565,6 @@ async function microphone() {
 // Frames are timed while nothing else runs; the others share the time that they wait.
 await scenes();
 await Promise.all([hands(), files(), hasty(), several(), board("session.bin"), board("stranger.bin"), microphone()]);
-await Promise.all([access(), explained(), strange(), choices()]);
+await Promise.all([access(), explained(), strange(), choices(), bare()]);
 await Promise.all([bursts(), design(), sums(), lengths()]);
 await browser.close();

@@ -1,5 +1,5 @@
 // Charts by uPlot. Their labels are text of the page, so that they can be read out, enlarged and copied.
-import { hertz, places, signed } from "./words.js";
+import { hertz, places, signed, units } from "./words.js";
 
 /* global uPlot */
 
@@ -241,7 +241,7 @@ export class TimeChart extends Chart {
     const view = { low: 0, high: 1 };
     super(place, "The answer over time, with sigma", () => ({
       scales: { x: { time: false }, y: { range: () => [view.low, view.high] } },
-      axes: axes([(value, step) => `${plain(value, step)} s`, plain], 74),
+      axes: axes([(value, step) => `${plain(value, step)}${units.known ? " s" : ""}`, plain], 74),
       series: [
         {},
         { stroke: "transparent", points: { show: false } },

@@ -1,5 +1,5 @@
 // The sliders and fields: what they are called, how far they go, and the library's names for them.
-import { signed } from "./words.js";
+import { signed, units } from "./words.js";
 
 const OFF = -80;
 const decibels = (value) => (value <= OFF ? "off" : `${signed(String(value))} dB`);
@@ -86,6 +86,7 @@ export function sceneForm(form, scene, changed, chosen) {
 
 const LENGTHS = [64, 128, 256, 512, 1024, 2048, 4096];
 const CODES = [["12", "12 bits, signed"], ["-12", "12 bits, from 0"], ["14", "14 bits, signed"], ["16", "16 bits, signed"]];
+const FILE_CODES = [16, 14, 12, 10, 8].flatMap((bits) => [[String(bits), `${bits} bits, signed`], [String(-bits), `${bits} bits, from 0`]]);
 
 const MIXINGS = [["0", "tx-conj-rx"], ["1", "rx-conj-tx"]];
 const MIXING = "Which signal an I/Q receiver conjugates. To check it, move a hand towards the antenna: if the velocity is negative, choose the other one.";
@@ -94,11 +95,12 @@ const SUMS = [["1", "each block"], ["10", "10 blocks"], ["100", "100 blocks"]];
 
 const TONES = [["1", "the strongest"], ["2", "up to two, with phase"], ["4", "up to four, with phase"]];
 
-/** The form of the instrument: `values` are its settings by the library's names. */
-export function instrumentForm(form, source, values, changed) {
-  const field = (name, label, ...inputs) => make("div", { className: "field" }, make("label", { htmlFor: name, textContent: label }), ...inputs);
+const field = (name, label, ...inputs) => make("div", { className: "field" }, make("label", { htmlFor: name, textContent: label }), ...inputs);
+
+/** What makes fields and selections of `values`, which are settings by the library's names. */
+function inputs(values, changed) {
   const number = (name, properties = {}) => {
-    const input = make("input", { type: "number", id: name, inputMode: "decimal", ...properties });
+    const input = make("input", { type: "number", id: name, inputMode: "decimal", min: 0, step: "any", ...properties });
     if (values[name]) input.value = values[name];
     input.addEventListener("change", () => changed(name, input.value === "" ? 0 : Number(input.value)));
     return input;
@@ -109,22 +111,40 @@ export function instrumentForm(form, source, values, changed) {
     input.addEventListener("change", () => changed(name, Number(input.value)));
     return input;
   };
+  return { number, select };
+}
+
+/** In the order of the module. */
+const FORMATS = ["i8", "u8", "i16", "u16", "i32", "f32", "f64", "I/Q of i8", "I/Q of u8", "I/Q of i16", "I I Q Q of i16", "I/Q of f32", "csv", "npy"];
+
+/** What a file does not tell of itself, beside its answer. */
+export function askForm(form, values, changed) {
+  const { number, select } = inputs(values, changed);
+  form.replaceChildren(
+    field("file_rate_hz", "Rate, Hz", number("file_rate_hz", { placeholder: "as the file says" })),
+    field("bits", "Codes", select("bits", FILE_CODES)),
+    field("format", "Format", select("format", [["0", "as the file shows"], ...FORMATS.map((name, index) => [String(index + 1), name])])),
+  );
+}
+
+/** The form of the instrument: `values` are its settings by the library's names. */
+export function instrumentForm(form, source, values, changed) {
+  const { number, select } = inputs(values, changed);
   const tick = make("input", { type: "checkbox", id: "iq", checked: Boolean(values.iq) });
   tick.addEventListener("change", () => changed("iq", Number(tick.checked)));
   const parts = [
     field("n", "Block", select("n", LENGTHS.map((n) => [String(n), `${n} samples`]))),
-    source === "microphone" ? "" : field("bits", "Codes", select("bits", CODES)),
+    source === "microphone" || source === "file" ? "" : field("bits", "Codes", select("bits", CODES)),
     source === "microphone" ? "" : field("iq", "I/Q", tick),
     source === "scene" ? make("div", { className: "field", title: MIXING }, make("label", { htmlFor: "mixing", textContent: "Mixing" }), select("mixing", MIXINGS)) : "",
     source === "scene" ? make("p", { className: "quiet", id: "mixing-hint", textContent: MIXING }) : "",
-    field("band_low_hz", "Band, Hz", make("div", { className: "pair" }, number("band_low_hz", { placeholder: "from" }), "\u2013",
-      number("band_high_hz", { placeholder: "to", ariaLabel: "Band, Hz, upper end" }))),
+    field("band_low_hz", `Band, ${units.known ? "Hz" : "cycles"}`, make("div", { className: "pair" }, number("band_low_hz", { placeholder: "from", min: "" }), "\u2013",
+      number("band_high_hz", { placeholder: "to", min: "", ariaLabel: "Band, upper end" }))),
     field("sum", "Answer of", select("sum", SUMS)),
     field("tones-most", "Tones", select("tones", TONES, "tones-most")),
     source === "file" ? field("channel", "Channel", make("div", { className: "pair" }, number("channel", { min: 1, step: 1, placeholder: "the only one" }), "Q",
       number("channel_q", { min: 1, step: 1, placeholder: "none", ariaLabel: "Channel of Q" }))) : "",
-    source === "file" ? field("file_rate_hz", "Rate, Hz", number("file_rate_hz", { min: 0, placeholder: "as the file says" })) : "",
-    source === "file" ? field("scale", "Scale", number("scale", { min: 0, step: "any", placeholder: "1" })) : "",
+    source === "file" ? field("scale", "Scale", number("scale", { placeholder: "by the numbers" })) : "",
   ];
   form.replaceChildren(...parts.filter(Boolean));
 }

@@ -102,10 +102,12 @@ export class Core {
     return this.rows();
   }
 
+  /** Opens a file: what is wrong, or what was assumed of it. */
   open(name, contents) {
     const title = encoder.encode(name);
     this.put(title, contents);
-    return this.exports.picket_open(title.length) ? "" : this.text();
+    const opened = this.exports.picket_open(title.length) !== 0;
+    return { wrong: opened ? "" : this.text(), assumed: opened ? this.text() : "" };
   }
 
   /** The next rows of the open file, whether there are more, and what is wrong, if anything is. */
@@ -161,8 +163,8 @@ export class Core {
 
   state() {
     this.exports.picket_state();
-    const [n, iq, rate, kind, full, records = 0, missing = 0, bad = 0, raw = 0] = this.numbers();
-    return { n, iq: iq !== 0, rate, kind, full, records, missing, bad, raw };
+    const [n, iq, rate, kind, full, known, records = 0, missing = 0, bad = 0, raw = 0] = this.numbers();
+    return { n, iq: iq !== 0, rate, kind, full, known: known !== 0, records, missing, bad, raw };
   }
 
   checksum(fixed, blocks) {

@@ -2,12 +2,12 @@
 import { load } from "./core.js";
 import { SpectrumChart, TimeChart, ZoomChart } from "./charts.js";
 import { Waterfall } from "./waterfall.js";
-import { SCENES, instrumentForm, sceneForm } from "./controls.js";
+import { SCENES, askForm, instrumentForm, sceneForm } from "./controls.js";
 import { Board, Microphone, Particles, Recording, Simulated } from "./sources.js";
 import { jsonLines, picture, table } from "./save.js";
 import { Design } from "./design.js";
 import { Tones, row as toneRow, testRow } from "./tones.js";
-import { SIGNS, USES, figure, hertz, note, rank, signed } from "./words.js";
+import { SIGNS, USES, figure, hertz, note, rank, signed, units } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
 const KEPT = 200_000;
@@ -19,7 +19,7 @@ const page = {
   counts: {}, spoken: 0, spokenWord: "", pictured: null, poured: 0, reference: 0, last: 0, shown: 0, times: [], drawn: -1,
   values: {
     scene: { n: 1024, bits: 12, iq: 1, mixing: 0, sum: 1, tones: 1, band_low_hz: 0, band_high_hz: 0 },
-    file: { n: 1024, bits: 16, iq: 0, sum: 1, tones: 1, band_low_hz: 0, band_high_hz: 0, file_rate_hz: 0, scale: 1, channel: 0, channel_q: 0 },
+    file: { n: 1024, bits: 16, iq: 0, sum: 1, tones: 1, band_low_hz: 0, band_high_hz: 0, file_rate_hz: 0, format: 0, scale: 0, channel: 0, channel_q: 0 },
     microphone: { n: 4096, bits: 16, iq: 0, sum: 1, tones: 1, band_low_hz: 40, band_high_hz: 6000 },
     board: { n: 1024, bits: -12, iq: 0, band_low_hz: 0, band_high_hz: 0 },
   },
@@ -38,6 +38,8 @@ function setAll(settings) {
 /** Forgets what was shown, and what was explained of it. */
 function forget() {
   unexplain();
+  units.known = true;
+  $("asked").hidden = true;
   page.rows = [];
   page.counts = { blocks: 0, good: 0, gaps: 0, clipped: 0 };
   [page.drawn, page.shown, page.target, page.ramp, page.pictured] = [-1, 0, null, null, null];
@@ -59,7 +61,7 @@ function forget() {
 
 /** Has the library measure by the settings of the source in use, from the start. */
 function restart() {
-  setAll({ ...page.values[page.name], kind: 0, scale: 1, file_rate_hz: 0 });
+  setAll({ ...page.values[page.name], kind: 0, format: 0, scale: 0, file_rate_hz: 0 });
   if (page.name === "scene") setAll({ ...page.scene.settings, iq: page.values.scene.iq, mixing: page.values.scene.mixing, kind: bursts() ? 0 : page.scene.kind });
   // A short ramp is no steeper than one of 1024 samples: the beats of far targets would lie beyond half the rate.
   if (page.name === "scene") page.core.set("bandwidth_hz", page.scene.settings.bandwidth_hz * Math.min(1, page.values.scene.n / 1024));
@@ -95,12 +97,15 @@ async function choose(name) {
   notice("");
   if (name === "design") return design();
   for (const form of document.querySelectorAll("[data-for]")) form.hidden = !form.dataset.for.split(" ").includes(name);
-  instrumentForm($("instrument-form"), name, page.values[name], (setting, value) => {
+  const changed = (setting, value) => {
     page.values[name][setting] = value;
     if (setting === "tones") return void several();
     if (name === "file" && page.file) void drop(page.file);
     else if (restart() && name === "scene") page.source = new Simulated(page.core);
-  });
+  };
+  instrumentForm($("instrument-form"), name, page.values[name], changed);
+  if (name === "file") askForm($("ask"), page.values.file, changed);
+  else $("ask").replaceChildren();
   restart();
   if (name === "scene") simulate(page.scene);
   if (name === "file" && page.file) await drop(page.file);
@@ -157,7 +162,13 @@ async function drop(file) {
     return notice(recording.wrong);
   }
   $("file-name").textContent = file.name;
-  $("file_rate_hz").placeholder = `${page.core.state().rate}, as the file says`;
+  const { rate, known } = page.core.state();
+  $("file_rate_hz").placeholder = known ? `${rate}, as the file says` : "the file tells none";
+  const said = [known ? "" : "The file does not tell its sample rate: frequencies are in cycles per sample.", recording.assumed && `Assumed: ${recording.assumed}.`];
+  $("asked").textContent = said.filter(Boolean).join(" ");
+  $("asked").hidden = !$("asked").textContent;
+  units.known = known;
+  titles();
   page.source = recording;
 }
 
@@ -219,7 +230,7 @@ async function explain() {
   page.held = held;
   const { reason, usable } = page.core.verdicts.find(({ name }) => name === explained.verdict);
   const block = page.name === "board" ? "The captured block" : `Block ${row.block}${SEGMENTS[row.segment]}`;
-  const measured = page.name === "board" || !(row.sigma_hz > 0) ? "" : ` ${figure(row.frequency_hz, row.sigma_hz).join(" \u00b1 ")} Hz,`;
+  const measured = page.name === "board" || !(row.sigma_hz > 0) ? "" : ` ${figure(row.frequency_hz, row.sigma_hz).join(" \u00b1 ")} ${units.frequency},`;
   $("why-answer").textContent = `${block}:${measured} ${explained.verdict}. ${reason} Usable: ${usable}.`;
   $("tests").tBodies[0].replaceChildren(...explained.tests.map(testRow));
   $("why").hidden = false;
@@ -282,7 +293,7 @@ function speak(now) {
 function describe() {
   const { spectrum, tones, seen } = page.pictured ?? {};
   if (spectrum) {
-    const at = (value) => hertz(Math.round(value), 1, Math.abs(value));
+    const at = (value) => (units.known ? hertz(Math.round(value), 1, Math.abs(value)) : `${hertz(Number(value.toFixed(4)), 1e-4)} ${units.frequency}`);
     const last = spectrum.first + spectrum.step * (spectrum.bins.length - 1);
     const places = (tones.length ? tones : seen ? [spectrum] : []).map((tone) => at(tone.hertz));
     const lines = places.length ? `lines at ${places.join(", ")}` : "no line";
@@ -340,7 +351,7 @@ function show(row) {
     figures.push(figureOf("Velocity", target.velocity_mps, target.sigma_velocity_mps, "m/s"));
     truth(target.truth_mps, target.velocity_mps, target.sigma_velocity_mps, "m/s");
   }
-  figures.push(figureOf(ramp.segment ? "Beat of the rising ramp" : "Frequency", ...tone, "Hz", Boolean(target)));
+  figures.push(figureOf(ramp.segment ? "Beat of the rising ramp" : "Frequency", ...tone, units.frequency, Boolean(target)));
   if (!target) truth(ramp.truth_hz, ...tone, "Hz");
   if (row.validation) figures.push(boxOf(`Burst, ${row.validation}`, `${(1e3 * row.transit_s).toFixed(2)}`, "ms in the beams", "", true));
   if (page.name === "microphone" && !nothing) {
@@ -411,7 +422,11 @@ function titles() {
   const two = Boolean(target && Number.isFinite(target.range_m));
   document.querySelector("main").classList.toggle("two", two);
   $("second-figure").hidden = !two;
-  $("first-title").textContent = two ? "Range, m" : target ? "Velocity, m/s" : "Frequency, Hz";
+  $("first-title").textContent = two ? "Range, m" : target ? "Velocity, m/s" : `Frequency, ${units.frequency}`;
+  for (const name of ["Spectrum", "Line", "Waterfall"]) {
+    $(`${name === "Line" ? "zoom" : name.toLowerCase()}-title`).textContent = units.known ? name : `${name}, ${units.frequency}`;
+  }
+  $("tones-unit").textContent = units.known ? "Hz" : "cycles";
   $("second-title").textContent = "Velocity, m/s";
 }
 

@@ -48,7 +48,7 @@ export class Recording {
     this.told = told;
     this.pour = pour;
     this.name = name;
-    this.wrong = core.open(name, contents);
+    Object.assign(this, core.open(name, contents));
     this.more = !this.wrong;
     this.blocks = 0;
   }

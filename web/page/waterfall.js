@@ -1,6 +1,6 @@
 // Spectra over time, the newest on top, with the tracks over them.
 import { colour } from "./charts.js";
-import { hertz } from "./words.js";
+import { hertz, units } from "./words.js";
 
 const WIDTH = 720;
 const HEIGHT = 240;
@@ -65,14 +65,14 @@ export class Waterfall {
   label(first, span) {
     const tags = [];
     const most = Math.max(Math.abs(first), first + span);
-    const unit = most >= 8e3 ? 1e3 : 1;
+    const unit = !units.known ? span / 4 : most >= 8e3 ? 1e3 : 1;
     for (let place = 0; place <= 4; place += 1) {
       const name = ["x", place === 4 ? "last" : ""].join(" ").trim();
       tags.push([name, `left:${25 * place}%`, hertz(Math.round((first + span * place / 4) / unit) * unit, unit, most)]);
     }
     for (const row of [60, 120, 180]) {
       const past = this.times[0] - this.times[row];
-      if (past > 0) tags.push(["t", `top:${row / HEIGHT * 90}%`, `${past.toFixed(1)} s ago`]);
+      if (past > 0) tags.push(["t", `top:${row / HEIGHT * 90}%`, units.known ? `${past.toFixed(1)} s ago` : `${past.toFixed(0)} samples ago`]);
     }
     const words = JSON.stringify(tags);
     if (words === this.words) return;

@@ -3,7 +3,7 @@
 /** The digits behind the point that sigma permits: two of its own. */
 export function digits(sigma) {
   if (!(sigma > 0)) return 3;
-  return Math.min(9, Math.max(0, 1 - Math.floor(Math.log10(sigma))));
+  return Math.min(12, Math.max(0, 1 - Math.floor(Math.log10(sigma))));
 }
 
 /** A number and its sigma with the same digits: ["1000.198", "0.010"]. */
@@ -54,8 +54,16 @@ export function places(step) {
   return count;
 }
 
-/** A frequency with its unit, for axes that reach so far: 18.2 kHz. */
+/** What frequencies and times are in: hertz and seconds, or samples where nothing tells the rate. */
+export const units = {
+  known: true,
+  get frequency() { return this.known ? "Hz" : "cycles per sample"; },
+  get time() { return this.known ? "s" : "samples"; },
+};
+
+/** A frequency with its unit, for axes that reach so far: 18.2 kHz. Cycles per sample have none. */
 export function hertz(value, step, most) {
+  if (!units.known) return signed(value.toFixed(places(step)));
   const [scale, unit] = most >= 1e6 ? [1e6, "MHz"] : most >= 8e3 ? [1e3, "kHz"] : [1, "Hz"];
   return `${signed((value / scale).toFixed(places(step / scale)))} ${unit}`;
 }

@@ -3,6 +3,8 @@
 use crate::answer::Answer;
 use crate::settings::{Kind, Settings};
 use crate::station::Station;
+use crate::unfit::{Tally, Unfit};
+use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::Stamp;
 use picket_recording::{Blocks, Options, Recording, RecordingError, Sample};
 use std::path::Path;
@@ -13,7 +15,12 @@ pub struct File {
     settings: Settings,
     /// What measures it.
     pub station: Station,
+    /// Whether the file or the user tells the rate; without one it is 1, and frequencies are in cycles per sample.
+    pub knows_rate: bool,
+    /// What was assumed, in a line; empty where nothing was.
+    pub assumed: String,
     number: u32,
+    tally: Tally,
 }
 
 impl File {
@@ -22,63 +29,80 @@ impl File {
     /// # Errors
     /// It cannot be read or measured; the sentence says what to do.
     pub fn open(name: &str, bytes: Vec<u8>, settings: &mut Settings) -> Result<Self, String> {
-        let chosen = |channel: usize| (channel != 0).then_some(channel);
-        let (channel, q) = settings.channel;
-        let options = Options {
-            rate_hz: (settings.file_rate_hz != 0.0).then_some(settings.file_rate_hz),
-            iq: settings.iq,
-            channel: chosen(channel).map(|channel| (channel, chosen(q))),
-            scale: None,
-            ..Options::default()
-        };
-        let recording = Recording::from_bytes(Path::new(name), bytes, options)
+        let recording = Recording::from_bytes(Path::new(name), bytes, options(settings))
             .map_err(|error| sentence(name, &error))?;
-        if !recording.knows_rate() {
+        if let Some(clock) = recording.clock().filter(|clock| clock.walk_s > 0.0) {
+            let share = 100.0 * clock.share(settings.n);
             return Err(format!(
-                "{name} has no sample rate: type it under File, and drop it again."
+                "{name}: the samples are not even in time: over a block the rate is off by {share:.2} % and unknown, more than sigma covers. Sample by a timer, or type a rate to take them as even."
             ));
         }
+        let knows_rate = recording.knows_rate();
+        let assumed = recording.assumed().map(|assumed| on_the_page(&assumed)).unwrap_or_default();
         (settings.rate_hz, settings.iq) = (recording.rate_hz(), recording.iq());
         settings.kind = Kind::Tone;
         let station = Station::new(settings)?;
         let blocks = recording.blocks(settings.n, settings.n, 0);
-        Ok(File { blocks, settings: *settings, station, number: 0 })
+        let (number, tally) = (0, Tally::default());
+        Ok(File { blocks, settings: *settings, station, knows_rate, assumed, number, tally })
     }
 
     /// The answer to the next block or sum; `None` at the end.
     ///
     /// # Errors
-    /// The recording is damaged from here on, or its samples do not fit the codes.
+    /// The recording is damaged from here on, or no block of it fits the codes.
     pub fn next_block(&mut self) -> Result<Option<Answer>, String> {
         let name = self.blocks.recording().path().display().to_string();
+        let codes = self.settings.codes;
         loop {
             let block = self.blocks.next_block().map_err(|error| sentence(&name, &error))?;
-            let Some((start, samples)) = block else { return Ok(None) };
-            fits(samples, &self.settings)?;
-            let codes: Vec<[i16; 2]> = samples.iter().map(Sample::code).collect();
-            let stamp = Stamp { sequence: self.number, clock: start, ..Stamp::default() };
+            let Some((start, samples)) = block else {
+                let none = self.tally.left_out() == self.tally.blocks;
+                return if none { Err(self.cure(codes)) } else { Ok(None) };
+            };
+            let unfit = Unfit::of(samples, codes);
+            self.tally.add(unfit);
+            // Codes beyond the rails have a verdict of their own; what is less than a code is none.
+            let code = |sample: &Sample| match unfit {
+                Some(Unfit::Quiet) => [0; 2],
+                _ => sample.code(),
+            };
+            let record: Vec<[i16; 2]> = samples.iter().map(code).collect();
+            let gap = self.blocks.gap();
+            let stamp = Stamp { sequence: self.number, clock: start, gap, ..Stamp::default() };
             self.number = self.number.wrapping_add(1);
-            if let Some(measurement) = self.station.block(stamp, &codes) {
+            if let Some(measurement) = self.station.block(stamp, &record) {
                 return Ok(Some(self.station.answer(&measurement)));
+            }
+        }
+    }
+
+    fn cure(&self, codes: Codes) -> String {
+        let (low, high) = codes.rails();
+        match self.tally.most() {
+            Unfit::Beyond => format!(
+                "Samples lie beyond {low} to {high} in every block: choose wider codes, or a smaller scale."
+            ),
+            Unfit::Quiet => {
+                "The samples are too small for integers: choose a larger scale.".to_owned()
             }
         }
     }
 }
 
-fn fits(samples: &[Sample], settings: &Settings) -> Result<(), String> {
-    let (low, high) = settings.codes.rails();
-    let beyond = |part: i16| part < low || part > high;
-    if samples.iter().any(|sample| sample.code().into_iter().any(beyond)) {
-        return Err(format!(
-            "Samples lie beyond {low} to {high}: choose wider codes, or a smaller scale."
-        ));
+/// How a file is read, as `picket analyze` is told it by its options.
+fn options(settings: &Settings) -> Options {
+    let chosen = |channel: usize| (channel != 0).then_some(channel);
+    let (channel, q) = settings.channel;
+    Options {
+        format: settings.format,
+        rate_hz: (settings.file_rate_hz != 0.0).then_some(settings.file_rate_hz),
+        iq: settings.iq,
+        channel: chosen(channel).map(|channel| (channel, chosen(q))),
+        scale: (settings.scale != 0.0).then_some(settings.scale),
+        converter: Some(settings.converter),
+        ..Options::default()
     }
-    let value = |sample: &Sample| sample.value.re.abs().max(sample.value.im.abs());
-    let largest = samples.iter().map(value).fold(0.0, f64::max);
-    if largest > 0.0 && largest < 1.5 {
-        return Err("The samples are too small for integers: choose a larger scale.".into());
-    }
-    Ok(())
 }
 
 /// What is wrong with a recording, and what to do about it on the page.
@@ -87,12 +111,12 @@ fn sentence(name: &str, error: &RecordingError) -> String {
     match error {
         Empty(_) => format!("{name} holds no samples."),
         Unclear(_, []) => format!(
-            "{name}: unknown format. The page reads wav, csv and npy files, and raw numbers named i16, cs16, cu8, f32 or cf32."
+            "{name}: neither its name nor its first bytes show what it is. The page reads wav, csv and npy files; choose what raw numbers are under Format."
         ),
         Unclear(_, readings) => {
             let names: Vec<String> =
                 readings.iter().map(|it| format!("{it:?}").to_lowercase()).collect();
-            format!("{name} may hold numbers of several kinds: rename it .{}.", names.join(" or ."))
+            format!("{name} looks like {}: choose it under Format.", names.join(" or "))
         }
         OddSize(_, bytes, frame) => format!(
             "{name}: {bytes} bytes are not a whole number of {frame}-byte samples: the file is cut off, or not what its name says."
@@ -111,7 +135,7 @@ fn sentence(name: &str, error: &RecordingError) -> String {
         }
         Rate(rate) => format!("A sample rate of {rate} Hz cannot be: type another."),
         Either(_) => format!(
-            "{name} is text, and its name says numbers: rename it .csv, or .i16 if it is none."
+            "{name} is text, and its name says numbers: choose csv under Format, or i16 if it is no text."
         ),
         Comma(_, line) => format!(
             "{name}: \"{line}\" may be one number or two columns: rewrite it with points or semicolons."
@@ -121,9 +145,23 @@ fn sentence(name: &str, error: &RecordingError) -> String {
         ),
         Line(_, line, what) => format!("{name}, line {line}: {what}."),
         Npy(_, what) => format!("{name} is not a readable npy file: {what}."),
-        other => {
-            let words = other.to_string().replace("by --channel", "under Channel");
-            format!("{}.", words.replace("by --column", "under Channel"))
-        }
+        other => format!("{}.", on_the_page(&other.to_string())),
     }
+}
+
+/// A sentence of the reader in which options of a command line have the names of the page's fields.
+fn on_the_page(words: &str) -> String {
+    const NAMES: [(&str, &str); 10] = [
+        ("by --channel", "under Channel"),
+        ("by --column", "under Channel"),
+        ("--channel chooses", "Channel chooses"),
+        ("add --channels 2 --channel 1", "choose a channel under Channel"),
+        ("add --rate HZ", "type a rate"),
+        ("add --format", "choose under Format"),
+        ("--format", "under Format"),
+        ("--iq", "tick I/Q"),
+        ("--channel", "Channel"),
+        ("; --part chooses", ""),
+    ];
+    NAMES.iter().fold(words.to_owned(), |words, (option, field)| words.replace(option, field))
 }

@@ -15,8 +15,11 @@ pub mod row;
 pub mod scene;
 pub mod settings;
 pub mod station;
+#[path = "../../host/measure/src/analyze/unfit.rs"]
+pub mod unfit;
 
 use page::Page;
+use picket_recording as recording;
 use std::cell::RefCell;
 
 thread_local! {
@@ -91,7 +94,8 @@ pub extern "C" fn picket_floats() {
     page(Page::floats)
 }
 
-/// Opens the file in the inbox, whose name has so many bytes and comes first. 0 if it cannot; the text says why.
+/// Opens the file in the inbox, whose name has so many bytes and comes first; the text says what was assumed of it. 0 if it cannot; the
+/// text says why.
 #[unsafe(no_mangle)]
 pub extern "C" fn picket_open(name: usize) -> u32 {
     page(|page| page.open(name).into())
@@ -146,7 +150,7 @@ pub extern "C" fn picket_tracks() {
     page(Page::tracks)
 }
 
-/// Leaves the settings in use: N, I/Q, rate, kind, full scale; records, missing, damaged frames, raw blocks of a board.
+/// Leaves the settings in use: N, I/Q, rate, kind, full scale, whether the rate is known; records, missing, damaged frames, raw blocks of a board.
 #[unsafe(no_mangle)]
 pub extern "C" fn picket_state() {
     page(Page::state)

@@ -140,8 +140,14 @@ impl Page {
         let contents = bytes.split_off(name.min(bytes.len()));
         let name = String::from_utf8_lossy(&bytes).into_owned();
         let opened = File::open(&name, contents, &mut self.settings);
-        let opened = opened.map(|file| self.source = Source::File(Box::new(file)));
-        self.said(opened)
+        match opened {
+            Err(sentence) => self.said(Err(sentence)),
+            Ok(file) => {
+                self.text = file.assumed.clone().into_bytes();
+                self.source = Source::File(Box::new(file));
+                true
+            }
+        }
     }
 
     pub(crate) fn read(&mut self, blocks: u32) -> bool {
@@ -229,7 +235,8 @@ impl Page {
     pub(crate) fn state(&mut self) {
         let Settings { n, iq, rate_hz, kind, .. } = self.settings;
         let full = self.settings.full_scale();
-        self.numbers = vec![n as f64, iq.into(), rate_hz, f64::from(kind as u8), full];
+        let known = !matches!(&self.source, Source::File(file) if !file.knows_rate);
+        self.numbers = vec![n as f64, iq.into(), rate_hz, f64::from(kind as u8), full, known.into()];
         if let Source::Board(board) = &self.source {
             let counts = [board.listener.records, board.listener.missing, board.listener.bad];
             self.numbers.extend(counts.map(|count| count as f64));

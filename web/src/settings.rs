@@ -4,6 +4,25 @@ use picket_dsp::acquire::codes::Codes;
 use picket_dsp::config::{Config, Following, Scene};
 use picket_dsp::solve::chirp::{Mixing, Shape};
 use picket_dsp::solve::equations::Chirp;
+use picket_recording::{Converter, Format};
+
+/// Formats that a user may choose, in the order of the page.
+pub const FORMATS: [Format; 14] = [
+    Format::I8,
+    Format::U8,
+    Format::I16,
+    Format::U16,
+    Format::I32,
+    Format::F32,
+    Format::F64,
+    Format::Cs8,
+    Format::Cu8,
+    Format::Cs16,
+    Format::Iiqq,
+    Format::Cf32,
+    Format::Csv,
+    Format::Npy,
+];
 
 /// What the samples are taken of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -42,7 +61,11 @@ pub struct Settings {
     pub most: u8,
     /// Blocks that are added without their phases for an answer; 1 where each block has its own.
     pub sum: u32,
-    /// Codes per unit of a file.
+    /// A file's format; the one that it shows where nothing is said.
+    pub format: Option<Format>,
+    /// The converter that a file's numbers are codes of.
+    pub converter: Converter,
+    /// Codes per unit of a file; 0 where its numbers decide.
     pub scale: f64,
     /// The rate, Hz, of a file that does not know its own; 0 where nothing is said.
     pub file_rate_hz: f64,
@@ -64,7 +87,9 @@ impl Default for Settings {
             mixing: None,
             most: 4,
             sum: 1,
-            scale: 1.0,
+            format: None,
+            converter: Converter { bits: 12, unsigned: false },
+            scale: 0.0,
             file_rate_hz: 0.0,
             channel: (0, 0),
         }
@@ -90,6 +115,8 @@ impl Settings {
             }
             "most" => self.most = value as u8,
             "sum" => self.sum = value.max(1.0) as u32,
+            // Counted from 1.
+            "format" => self.format = FORMATS.get((value as usize).wrapping_sub(1)).copied(),
             "scale" => self.scale = value,
             "file_rate_hz" => self.file_rate_hz = value,
             "channel" => self.channel.0 = value as usize,
@@ -101,11 +128,16 @@ impl Settings {
                     _ => Kind::Tone,
                 }
             }
-            // Unsigned ones as negative widths.
-            "bits" => match Codes::from_bits(value > 0.0, value.abs() as u32) {
-                Some(codes) => self.codes = codes,
-                None => return false,
-            },
+            // Unsigned ones as negative widths. Of 16 bits they are read as signed ones.
+            "bits" => {
+                let (bits, unsigned) = (value.abs() as u32, value < 0.0);
+                match Codes::from_bits(!unsigned || bits == 16, bits) {
+                    Some(codes) => {
+                        (self.codes, self.converter) = (codes, Converter { bits, unsigned });
+                    }
+                    None => return false,
+                }
+            }
             _ => return false,
         }
         true

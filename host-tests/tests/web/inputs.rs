@@ -126,7 +126,13 @@ pub fn inputs() -> PathBuf {
     write("bad-silence.wav", &wav(1, &[0; 4096]));
     write("bad-stranger.wav", &bytes_of(&real)[..5000]);
     write("bad-empty.wav", &[]);
-    write("bad-rate.i16", &bytes_of(&real));
+    write("bare.i16", &bytes_of(&real[..30_000]));
+    // Codes of 12 bits that count from 0, and floats whose name tells nothing.
+    let codes = |&x: &i16| ((i32::from(x) >> 5) + 2048) as u16;
+    let adc: std::vec::Vec<u8> = real[..30_000].iter().map(codes).flat_map(u16::to_le_bytes).collect();
+    write("bare-adc.u16", &adc);
+    let floats = real[..30_000].iter().map(|&x| f32::from(x) / 32768.0);
+    write("bare.dat", &floats.flat_map(f32::to_le_bytes).collect::<std::vec::Vec<u8>>());
     write("bad-short.wav", &wav(1, &real[..300]));
     write("bad-name.xyz", b"stranger");
     write("bad-chunk.wav", b"RIFF\xff\xff\xff\xffWAVEJUNK\xff\xff\xff\xffdata\0\0\0\0");

@@ -12,7 +12,7 @@ use picket_host::arithmetic::Arithmetic;
 use picket_host::design::sheet::{self, Design, Question};
 use picket_host::device::{Listener, Said};
 use picket_host::explain;
-use picket_host::recording::{Options, Recording};
+use picket_host::recording::{Converter, Format, Options, Recording};
 use picket_host::watch::line::Row;
 use picket_host::web::{FILES, MODULES, Site, browser};
 use picket_web::check;
@@ -358,6 +358,30 @@ fn choice(said: &Value, folder: &Path) {
     as_analyzed(said, &file, &Analysis { read, ..analysis(&file) });
 }
 
+/// A file that does not tell its rate or its codes: as `analyze` measures it, in cycles per sample where no rate is typed.
+fn bare(said: &Value, folder: &Path) {
+    nothing_hinders(said);
+    let field = |name: &str| said["fields"][name].as_f64();
+    let (rate_hz, bits) = (field("file_rate_hz"), field("bits").unwrap_or(16.0));
+    let [asked, title] = [0, 3].map(|place| said["asked"][place].as_str().unwrap());
+    assert_eq!(asked.contains("does not tell its sample rate"), rate_hz.is_none(), "{said}");
+    assert_eq!(title.contains("cycles per sample"), rate_hz.is_none(), "{said}");
+    assert!(said["asked"][1] == true && said["asked"][2] == true, "beside the answer: {said}");
+    let figure = &said["figures"][0];
+    let unit = if rate_hz.is_some() { "Hz" } else { "cycles per sample" };
+    assert_eq!(word(figure, "unit"), unit, "{said}");
+    let file = folder.join(word(said, "file"));
+    let (bits, unsigned) = (bits.abs() as u32, bits < 0.0);
+    let read = Options {
+        rate_hz,
+        converter: Some(Converter { bits, unsigned }),
+        format: field("format").map(|_| Format::F32),
+        ..Options::default()
+    };
+    let codes = Codes::from_bits(!unsigned, bits).unwrap();
+    as_analyzed(said, &file, &Analysis { read, codes, ..analysis(&file) });
+}
+
 fn as_analyzed(said: &Value, file: &Path, analysis: &Analysis) {
     assert_eq!(word(said, "notice"), "", "{said}");
     let lines = word(said, "json").lines().map(|line| serde_json::from_str(line).unwrap());
@@ -437,7 +461,6 @@ fn bad(said: &Value) {
         "bad-truncated.wav" => "is cut off: its header announces 200000 bytes",
         "bad-stranger.wav" => "is not a readable wav file",
         "bad-empty.wav" => "holds no samples",
-        "bad-rate.i16" => "has no sample rate",
         "bad-short.wav" => "300 samples are fewer than a block of 1024",
         "bad-name.xyz" => "neither its name nor its first bytes tell what it is",
         "bad-chunk.wav" => "is not a readable wav file",
@@ -554,6 +577,7 @@ fn the_page_in_a_browser() {
             "strange" => strange(&said),
             "file" => file(&said, &folder),
             "choice" => choice(&said, &folder),
+            "bare" => bare(&said, &folder),
             "bad" => bad(&said),
             "board" => board(&said),
             "after" => assert_eq!(word(&said, "word"), "good", "{said}"),
@@ -572,6 +596,7 @@ fn the_page_in_a_browser() {
             "access",
             "after",
             "bad",
+            "bare",
             "board",
             "bursts",
             "choice",

@@ -74,11 +74,15 @@ impl Tally {
     /// # Errors
     /// In one line, with the cure.
     pub fn check(&self, codes: Codes) -> Result<(), String> {
-        let most = if self.beyond >= self.quiet { Unfit::Beyond } else { Unfit::Quiet };
         match self.blocks > 0 && self.left_out() == self.blocks {
-            true => Err(most.cure(codes)),
+            true => Err(self.most().cure(codes)),
             false => Ok(()),
         }
+    }
+
+    /// Why most of them were left out.
+    pub const fn most(&self) -> Unfit {
+        if self.beyond >= self.quiet { Unfit::Beyond } else { Unfit::Quiet }
     }
 
     /// For whom silence between bursts is no loss.
