@@ -104,8 +104,9 @@ use crate::spectrum::view::View;
 use cells::Store;
 use heapless::Vec;
 use hunt::Hunt;
-use map::Map;
+use map::{EMPTY, Map};
 use num_complex::Complex;
+use transform::Factors;
 
 /// A frame in progress.
 ///
@@ -164,6 +165,25 @@ impl<'a> Frame<'a> {
         }
         let echoes = Vec::new();
         Hunt { map: Map { plan: &self.plan, store: &self.store, background, echoes } }.targets()
+    }
+
+    /// The map as a picture shows it: the power of a bin at each turn from chirp to chirp, from -M/2 to M/2 - 1 of M, in squared codes.
+    /// Zeros for a bin that is not kept; [`FramePlan::cell`] has their ranges and velocities. Costs a transform of M points.
+    pub fn powers(&self, bin: i32, powers: &mut [f32]) {
+        let chirps = self.plan.chirps;
+        let map = Map { plan: &self.plan, store: &self.store, background: &[], echoes: Vec::new() };
+        let mut column = EMPTY;
+        map.column(bin, 0.0, &mut column);
+        let mut points = [Complex::new(0.0, 0.0); transform::MOST];
+        points.iter_mut().zip(&column).for_each(|(point, cell)| *point = *cell);
+        let factors = Factors::new(chirps);
+        factors.transform(&mut points);
+        for (place, point) in points.iter().take(chirps).enumerate() {
+            let row = (factors.frequency(place) + chirps / 2) % chirps.max(1);
+            if let Some(power) = powers.get_mut(row) {
+                *power = point.norm_sqr();
+            }
+        }
     }
 
     /// Records the clutter at rest: the mean over the frame's chirps, a number for each kept bin. Returns its share of all power, 0 to 1:

@@ -186,6 +186,24 @@ impl FramePlan {
         self.velocity.float.abs()
     }
 
+    /// The samples of a chirp's record.
+    pub const fn record(&self) -> usize {
+        self.n
+    }
+
+    /// The first bin that is kept.
+    pub const fn first(&self) -> i32 {
+        self.first
+    }
+
+    /// The range, m, and the velocity, m/s, of a place in the map: a beat in bins, and the turns from chirp to chirp in units of 1/M. From
+    /// -M/2 to M/2 it is the slowest alias.
+    pub fn cell(&self, bin: f32, row: f32) -> [f32; 2] {
+        let velocity = row / self.chirps as f32 * self.velocity.float;
+        let beat = bin / self.n as f32 + velocity / self.shift.float;
+        [beat * self.range.float, velocity]
+    }
+
     /// The first and the last alias of an echo whose velocity is within the bounds; one on each side of the slowest where there are no bounds.
     pub(super) fn aliases(&self, echo: &Echo) -> [i32; 2] {
         let turns = echo.turns(self) - echo.alias as f32;

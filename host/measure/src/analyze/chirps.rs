@@ -2,44 +2,23 @@
 
 use super::cut::{self, Cut};
 use super::frames;
+use super::radar::{Radar, Ramps};
 use super::told::Told;
 use super::unfit::{Tally, Unfit};
 use crate::follow::record;
 use crate::recording::Recording;
 use crate::simulate::Kind;
-use crate::{length, views, with_record};
+use crate::{views, with_record};
+use picket_dsp::Shape;
 use picket_dsp::acquire::sample::{Segment, Stamp};
-use picket_dsp::config::{Config, SPEED_OF_LIGHT, Scene};
+use picket_dsp::config::{Config, Scene};
 use picket_dsp::pipeline::{Outcome, Pipeline};
-use picket_dsp::tone::effort::Effort;
 use picket_dsp::tone::lines::MOST;
-use picket_dsp::{Chirp, Mixing, Shape};
 use picket_transform::num_complex::Complex;
 use picket_wire::view;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::path::Path;
-
-/// What is known of the radar.
-#[derive(Clone, Copy, Debug)]
-pub struct Radar {
-    /// The ramps.
-    pub shape: Shape,
-    /// The carrier, Hz.
-    pub carrier_hz: f64,
-    /// What a ramp sweeps, Hz.
-    pub bandwidth_hz: f64,
-    /// How long, s.
-    pub chirp_s: f64,
-    /// The signal that the receiver conjugates.
-    pub mixing: Mixing,
-    /// The velocities that targets may have, m/s.
-    pub velocity_mps: Option<(f64, f64)>,
-    /// The effort for lines that are not steady tones.
-    pub effort: Effort,
-    /// The probability of a false alarm in a frame, where it is told.
-    pub false_alarm: Option<f64>,
-}
 
 /// A chirp's target. The keys are those of the JSON lines.
 #[derive(Clone, Debug, Serialize)]
@@ -80,94 +59,6 @@ pub enum Finding {
     Frame(Box<frames::Found>),
 }
 
-/// How the records lie in the ramps, in samples.
-#[derive(Clone, Copy, Debug)]
-pub struct Ramps {
-    /// Samples of a record.
-    pub n: usize,
-    /// From one ramp's first sample in the recording to the next one's.
-    pub hop: usize,
-    /// Samples that are left out before each record.
-    pub skip: usize,
-}
-
-impl Radar {
-    /// The metres that a hertz of beat is.
-    pub fn metres_per_hertz(&self) -> f64 {
-        SPEED_OF_LIGHT * self.chirp_s / (2.0 * self.bandwidth_hz)
-    }
-
-    /// A record is the end of its ramp, whose beginning settles; of records of their own it is their end.
-    ///
-    /// # Errors
-    /// The ramps are shorter than a record, or do not repeat after a whole number of samples; an array looks transposed.
-    pub fn ramps(
-        &self,
-        recording: &Recording,
-        cut: &Cut,
-        n: Option<usize>,
-        told: &Told,
-    ) -> Result<Ramps, String> {
-        let rate_hz = recording.rate_hz();
-        let ramp = (self.chirp_s * rate_hz).round() as usize;
-        let row = recording.row().and_then(|row| usize::try_from(row).ok());
-        if cut.read.axes.is_none() {
-            self.check_axes(recording, ramp)?;
-        }
-        let hop = match (row, told.period_s) {
-            (Some(row), _) => row,
-            (None, None) => ramp,
-            (None, Some(period_s)) => {
-                let samples = period_s * rate_hz;
-                if (samples - samples.round()).abs() > 1e-3 || samples < 1.0 {
-                    return Err(format!(
-                        "a period of {period_s} s has {samples:.3} samples at {rate_hz} Hz: chirps that begin between samples are no frame"
-                    ));
-                }
-                samples.round() as usize
-            }
-        };
-        let within = ramp.min(hop);
-        let longest = || length::LENGTHS.into_iter().rev().find(|&n| n <= within);
-        let n = n.or_else(longest).filter(|&n| n <= within).ok_or_else(|| {
-            format!("a ramp of {} s has {ramp} samples at {rate_hz} Hz: give a longer --chirp-s, or --n 64", self.chirp_s)
-        })?;
-        length::check(n)?;
-        Ok(Ramps { n, hop, skip: within - n })
-    }
-
-    /// Whether an array whose axes nobody told is another way round: as many chirps as a ramp has samples, and records that are much
-    /// shorter than the ramp, or longer.
-    fn check_axes(&self, recording: &Recording, ramp: usize) -> Result<(), String> {
-        let sides = (recording.row(), recording.frame(), recording.axes());
-        let (Some(samples), Some(chirps), Some(axes)) = sides else { return Ok(()) };
-        let share = |side: u64| side as f64 / ramp as f64;
-        let fills = |side: u64| (0.75..=1.0).contains(&share(side));
-        if !fills(chirps) || (0.5..=1.0).contains(&share(samples)) {
-            return Ok(());
-        }
-        let other = axes.exchanged();
-        Err(format!(
-            "a ramp of {} s has {ramp} samples at {} Hz, and the array {samples} times {chirps}: transposed, --axes {other}, or as it is, --axes {axes}",
-            self.chirp_s,
-            recording.rate_hz()
-        ))
-    }
-
-    /// The waveform, whose records begin where they lie in the recording's ramps or where that is told.
-    pub fn chirp(&self, rate_hz: f64, ramps: &Ramps, told: &Told) -> Chirp {
-        Chirp {
-            shape: self.shape,
-            wavelength_m: SPEED_OF_LIGHT / self.carrier_hz,
-            bandwidth_hz: self.bandwidth_hz,
-            duration_s: self.chirp_s,
-            guard_s: told.guard_s.unwrap_or(ramps.skip as f64 / rate_hz),
-            sweep_curvature: told.curvature,
-            mixing: self.mixing,
-        }
-    }
-}
-
 /// Measures every chirp of `file`; `cut` states how it is read and where the first ramp begins.
 pub fn run(
     file: &Path,
@@ -184,8 +75,8 @@ pub fn run(
     if recording.clock().is_some_and(|clock| clock.walk_s > 0.0) {
         return Err(recording.clock().map_or(String::new(), |clock| cut::uneven(&clock, cut.n)));
     }
-    let ramps = radar.ramps(&recording, cut, n, told)?;
-    if let Some(layout) = frames::layout(&recording, radar, told) {
+    let ramps = radar.ramps(&recording, n, told.period_s, cut.read.axes.is_some())?;
+    if let Some(layout) = radar.layout(&recording, told.chirps, told.period_s) {
         let mut sink = |found: frames::Found| sink(&Finding::Frame(Box::new(found)));
         let tally = frames::run(file, recording, cut, (&ramps, &layout), radar, told, &mut sink)?;
         return Ok((tally, true));
@@ -203,7 +94,7 @@ fn chirps<R: Kind, const N: usize>(
     sink: &mut dyn FnMut(&Finding),
 ) -> Result<Tally, String> {
     let rate_hz = recording.rate_hz();
-    let chirp = radar.chirp(rate_hz, ramps, told);
+    let chirp = radar.chirp(rate_hz, ramps, told.guard_s, told.curvature);
     let config = Config {
         scene: Scene::Chirp(chirp),
         band_hz: cut.band_hz,

@@ -3,13 +3,14 @@
 use super::accumulated::{self, Sum};
 use super::bursts;
 use super::carrier::Carrier;
-use super::chirps::{self, Finding as Ranged, Radar};
+use super::chirps::{self, Finding as Ranged};
 use super::clock::Reference;
 use super::cut::Cut;
 use super::displacement::{self, Sensor};
 use super::fundamental;
 use super::input::Input;
 use super::known;
+use super::radar::Radar;
 use super::ranges;
 use super::several::{self, Finding, Search, Sought};
 use super::told::Told;

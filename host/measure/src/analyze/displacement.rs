@@ -2,8 +2,8 @@
 
 use super::Style;
 use super::carrier::Carrier;
-use super::chirps::Radar;
 use super::cut::{self, Cut};
+use super::radar::Radar;
 use super::told::Told;
 use super::unfit::{Tally, Unfit};
 use crate::cli::print_line;
@@ -75,9 +75,9 @@ pub fn run(
                 return Err("--displacement takes --shape sawtooth, or no --chirp-s".into());
             }
             let recording = Recording::open(file, cut.read).map_err(super::text)?;
-            let ramps = radar.ramps(&recording, cut, n, told)?;
+            let ramps = radar.ramps(&recording, n, told.period_s, cut.read.axes.is_some())?;
             cut::assumed(file, &recording);
-            let chirp = radar.chirp(recording.rate_hz(), &ramps, told);
+            let chirp = radar.chirp(recording.rate_hz(), &ramps, told.guard_s, told.curvature);
             (recording, ramps.n, ramps.hop, cut.skip + ramps.skip as u64, Some(chirp))
         }
     };

@@ -1,7 +1,7 @@
 //! Targets of a recording's frames of chirps.
 
-use super::chirps::{Radar, Ramps};
 use super::cut::Cut;
+use super::radar::{Layout, Radar, Ramps};
 use super::told::Told;
 use super::unfit::{Tally, Unfit};
 use crate::follow::record;
@@ -10,7 +10,7 @@ use crate::simulate::Kind;
 use crate::with_record;
 use picket_dsp::Chirp;
 use picket_dsp::acquire::sample::Segment;
-use picket_dsp::frame::{ALIASES, CHIRPS, Cells, FREE_ALIASES, Frame, FrameConfig, FrameTarget};
+use picket_dsp::frame::{Cells, Frame, FrameTarget};
 use picket_dsp::solve::phase_range::PhaseRange;
 use picket_dsp::solve::uncertainty::Budget;
 use picket_dsp::spectrum::Spectrum;
@@ -33,36 +33,6 @@ pub struct Found {
     pub phase: Option<(PhaseRange, Option<Budget>)>,
 }
 
-/// How the chirps of a recording lie in frames.
-#[derive(Clone, Copy, Debug)]
-pub struct Layout {
-    /// Chirps of a frame.
-    pub chirps: usize,
-    /// Chirps between pauses; what does not fill a frame before a pause is left out.
-    pub together: u64,
-    /// From one chirp to the next, s.
-    pub period_s: f64,
-}
-
-/// The frames in a recording: of an array those that its sides count, of another one those that are told. `None` where each chirp is to be
-/// measured by itself.
-pub fn layout(recording: &Recording, radar: &Radar, told: &Told) -> Option<Layout> {
-    let there = recording.frame().filter(|there| *there > 0);
-    let rows = recording.row().and_then(|row| Some(recording.length()? / row.max(1)));
-    let all = there.or(rows).unwrap_or(0);
-    let fits = (all as usize).min(*CHIRPS.end()).checked_ilog2().map_or(0, |power| 1 << power);
-    let chirps = told.chirps.unwrap_or(fits);
-    let sawtooth = radar.shape == picket_dsp::Shape::Sawtooth;
-    if !sawtooth || !CHIRPS.contains(&chirps) {
-        return None;
-    }
-    Some(Layout {
-        chirps,
-        together: there.unwrap_or(u64::MAX),
-        period_s: told.period_s.unwrap_or(radar.chirp_s),
-    })
-}
-
 /// Measures every frame. Returns how many there are, and what was left out.
 pub fn run(
     file: &Path,
@@ -73,7 +43,7 @@ pub fn run(
     told: &Told,
     sink: &mut dyn FnMut(Found),
 ) -> Result<Tally, String> {
-    let chirp = radar.chirp(recording.rate_hz(), ramps, told);
+    let chirp = radar.chirp(recording.rate_hz(), ramps, told.guard_s, told.curvature);
     let chirps = layout.chirps as u64;
     if layout.together < chirps {
         let there = layout.together;
@@ -85,55 +55,10 @@ pub fn run(
             "a record has {row} samples and a ramp {ramp:.0}: chirps pause, and velocities need the time from one's start to the next's, --period-s"
         ));
     }
-    let assumed = assumed(&recording, layout, ramps, (&chirp, radar), told);
+    let is_told = [told.period_s.is_some(), told.guard_s.is_some(), radar.velocity_mps.is_some()];
+    let assumed = layout.assumed(&recording, ramps, &chirp, is_told);
     let assumed = format!("{}: {assumed}", crate::cli::name(file));
     with_record!(recording.iq(), ramps.n, R, N => frames::<R, N>(recording, cut, (ramps, layout, chirp, &assumed), radar, told, sink))
-}
-
-/// What the numbers rest on, in a line.
-fn assumed(
-    recording: &Recording,
-    layout: &Layout,
-    ramps: &Ramps,
-    (chirp, radar): (&Chirp, &Radar),
-    told: &Told,
-) -> String {
-    let period = match told.period_s {
-        Some(_) => "",
-        None => {
-            ", which is the ramp without a pause, and velocities go with it (--period-s says otherwise)"
-        }
-    };
-    let aliases = match radar.velocity_mps {
-        Some(_) => String::new(),
-        None => format!(
-            "; velocities are weighed at {FREE_ALIASES} aliases, {:.4} m/s apart, and odds are among these (--velocity-mps says otherwise)",
-            alias_mps(chirp, layout)
-        ),
-    };
-    let named = |is_told: bool, option: &str| match is_told {
-        true => String::new(),
-        false => format!(" ({option} says otherwise)"),
-    };
-    let left = match layout.together % layout.chirps as u64 {
-        left @ 1.. if layout.together < u64::MAX => format!(", the last {left} are left out"),
-        _ => String::new(),
-    };
-    format!(
-        "{}{} chirps a frame{left}; one each {:.6} us{}; {} samples of a chirp, from {:.3} us into its ramp{}{aliases}",
-        recording.assumed().map_or(String::new(), |assumed| assumed + "; "),
-        layout.chirps,
-        1e6 * layout.period_s,
-        period,
-        ramps.n,
-        1e6 * chirp.guard_s,
-        named(told.guard_s.is_some(), "--guard-s"),
-    )
-}
-
-/// From one alias of a velocity to the next: half a wavelength in a period.
-fn alias_mps(chirp: &Chirp, layout: &Layout) -> f64 {
-    0.5 * chirp.wavelength_m / layout.period_s
 }
 
 fn frames<R: Kind, const N: usize>(
@@ -145,25 +70,8 @@ fn frames<R: Kind, const N: usize>(
     sink: &mut dyn FnMut(Found),
 ) -> Result<Tally, String> {
     let rate_hz = recording.rate_hz();
-    let text = |error: picket_dsp::ConfigError| error.to_string();
-    let usual = FrameConfig::new(chirp, rate_hz, N, R::IQ, layout.chirps, layout.period_s);
-    let config = FrameConfig {
-        bins: cut.band_hz.map(|band| bins(band, rate_hz, N, R::IQ)),
-        false_alarm: radar.false_alarm.unwrap_or(usual.false_alarm),
-        range_m: told.range_m,
-        velocity_mps: radar.velocity_mps,
-        ..usual
-    };
-    let alias_mps = alias_mps(&chirp, layout);
-    if let Some((low, high)) = config.velocity_mps
-        && high - low > ALIASES as f64 * alias_mps
-    {
-        let held = (high - low) / alias_mps;
-        return Err(format!(
-            "these velocities hold {held:.0} aliases, and at most {ALIASES} are weighed: narrow --velocity-mps, or shorten the period"
-        ));
-    }
-    let plan = config.plan().map_err(text)?;
+    let bins = cut.band_hz.map(|band| bins(band, rate_hz, N, R::IQ));
+    let plan = radar.plan(rate_hz, (N, R::IQ), &chirp, layout, bins, told.range_m)?;
     let mut cells = vec![[0i32; 2]; plan.cells()];
     let mut frame = Frame::new(plan, Cells::Wide(&mut cells)).ok_or("too few cells")?;
     let ranging = told.ranging(&chirp, rate_hz, N, R::IQ)?;

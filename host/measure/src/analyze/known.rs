@@ -1,8 +1,8 @@
 //! The calibration of a radar by a target at rest at a known range.
 
 use super::Style;
-use super::chirps::Radar;
 use super::cut::{self, Cut};
+use super::radar::Radar;
 use super::told::Told;
 use super::unfit::{Tally, Unfit};
 use crate::cli::{self, print_line};
@@ -47,9 +47,9 @@ pub fn run(
     if !recording.knows_rate() {
         return Err("ranges need the sample rate: add --rate HZ".into());
     }
-    let ramps = radar.ramps(&recording, cut, n, told)?;
+    let ramps = radar.ramps(&recording, n, told.period_s, cut.read.axes.is_some())?;
     cut::assumed(file, &recording);
-    let chirp = radar.chirp(recording.rate_hz(), &ramps, told);
+    let chirp = radar.chirp(recording.rate_hz(), &ramps, told.guard_s, told.curvature);
     let place = (ramps.hop, cut.skip + ramps.skip as u64);
     with_record!(recording.iq(), ramps.n, R, N => calibrate::<R, N>(recording, (cut, place), &chirp, known))
 }

@@ -12,6 +12,7 @@ pub mod frames;
 pub mod fundamental;
 pub mod input;
 pub mod known;
+pub mod radar;
 pub mod ranges;
 pub mod several;
 pub mod told;
