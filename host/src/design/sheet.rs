@@ -13,6 +13,8 @@ const USED: f64 = 0.4;
 const GUARD: [f64; 2] = [64.0, 32.0];
 /// Bins from 0 Hz within which a tone cannot be distinguished from an offset.
 const EDGE_BINS: f64 = 1.5;
+/// Samples of a block on the boards, whose images measure blocks of this length alone.
+const ON_BOARDS: usize = 1024;
 /// The clocks of the cores whose load the sheet states.
 const CORES_HZ: [f64; 2] = [180e6, 125e6];
 
@@ -293,19 +295,45 @@ impl Design {
                 ramp.guard
             )
         }));
+        sentences.extend(self.for_boards());
         sentences
     }
 
     /// The ramp that a board makes: it lasts a block and its guard, and rises as fast as the one that was asked for.
     fn ramp(&self) -> Option<Ramp> {
         let (bandwidth_hz, duration_s) = self.question.chirp?;
-        let n = self.rows.get(self.chosen?)?.n as f64;
+        let n = self.on_boards()? as f64;
         let whole = duration_s * self.rate_hz;
         let [most, step] = GUARD;
         let guard = ((whole - n + 1e-6) / step).floor() * step;
         let guard = guard.clamp(0.0, most);
         let swept_hz = bandwidth_hz * (n + guard) / whole;
         Some(Ramp { guard: guard as u16, bandwidth_hz: swept_hz.min(bandwidth_hz) })
+    }
+
+    /// The length for a board: the asked one, else that of the boards' images if it reaches the wanted sigma, as any length does from the
+    /// shortest on that reaches it.
+    fn on_boards(&self) -> Option<usize> {
+        let chosen = self.rows.get(self.chosen?)?.n;
+        let there = self.rows.iter().any(|row| row.n == ON_BOARDS) && chosen <= ON_BOARDS;
+        Some(if there { ON_BOARDS } else { chosen })
+    }
+
+    /// What the settings' length is, where it was not asked for.
+    fn for_boards(&self) -> Option<String> {
+        let (chosen, n) = (self.rows.get(self.chosen?)?.n, self.on_boards()?);
+        let asked = self.question.n.is_some();
+        let row = self.rows.iter().find(|row| row.n == n).filter(|_| !asked)?;
+        match n {
+            ON_BOARDS if chosen == n => None,
+            ON_BOARDS => Some(format!(
+                "{chosen} samples reach it; the settings are for blocks of {n}, as the boards' images measure them: sigma {} m/s",
+                digits(row.sigma_mps)
+            )),
+            _ => Some(format!(
+                "the boards' images measure blocks of {ON_BOARDS} samples: {n} need an image of their own"
+            )),
+        }
     }
 
     /// The headings of the cells of a row.
@@ -319,10 +347,10 @@ impl Design {
         head
     }
 
-    /// The settings of the chosen length, as `picket watch --set-settings` takes them: JSON.
+    /// The settings for a board, as `picket watch --set-settings` takes them: JSON.
     pub fn settings(&self) -> Option<String> {
         let (Question { wavelength_m, iq, shape, .. }, rate_hz) = (self.question, self.rate_hz);
-        let n = self.rows.get(self.chosen?)?.n;
+        let n = self.on_boards()?;
         let board = format!(r#""iq":{iq},"n":{n},"rate_hz":{rate_hz:?}"#);
         let Some(Ramp { guard, bandwidth_hz }) = self.ramp() else {
             return Some(format!(
