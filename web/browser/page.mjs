@@ -64,7 +64,7 @@ async function saved(page, button) {
 }
 
 async function measured(page) {
-  await page.waitForFunction(() => / blocks measured$|^Nothing/.test(document.querySelector("#file-name").textContent));
+  await page.waitForFunction(() => / (blocks|targets) measured$|^Nothing/.test(document.querySelector("#file-name").textContent));
   await drawn(page);
 }
 
@@ -207,7 +207,7 @@ async function design() {
       const text = (id) => document.querySelector(`#design-${id}`).textContent;
       const shown = (id) => document.querySelector(`#design-${id}`).checkVisibility();
       const table = document.querySelector("#design-table");
-      const cells = (row) => [...row.cells].map((cell) => cell.firstChild.textContent);
+      const cells = (row) => [...row.cells].sort((a, b) => a.dataset.column - b.dataset.column).map((cell) => cell.firstChild.textContent);
       return {
         wrong: shown("wrong") ? text("wrong") : "", settings: shown("chosen") ? text("settings") : "",
         head: cells(table.tHead.rows[0]), rows: [...table.tBodies[0].rows].map(cells),
@@ -237,10 +237,17 @@ async function design() {
     await drawn(page);
     widths.push([width, await page.evaluate(() => document.documentElement.scrollWidth)]);
   }
+  // On a phone a wanted sigma is seen without scrolling to the side.
+  await ask({ wave: 24.125, n: "", sigma_mps: 0.01, velocity_mps: 10, snr_db: 10 });
+  const sigma = await page.evaluate(() => {
+    const head = [...document.querySelectorAll("#design-table thead th")].find(({ textContent }) => textContent === "sigma m/s");
+    return head.getBoundingClientRect().right;
+  });
+  asked.pop();
   // The others are as before.
   await page.click("#tab-scene");
   const after = await until(page, ({ word }) => word === "good");
-  tell("design", { errors, asked, found, widths, after });
+  tell("design", { errors, asked, found, widths, sigma, after });
   await context.close();
 }
 
@@ -253,6 +260,7 @@ async function hands() {
     widths.push([chosen, await page.evaluate(() => document.documentElement.scrollWidth)]);
   }
   await page.waitForFunction(() => document.querySelector("#figures .value"));
+  const [answerTop, controlsTop, chartTop] = await page.evaluate(() => ["answer", "controls", "spectrum-figure"].map((id) => document.getElementById(id).getBoundingClientRect().top));
   await page.keyboard.press("Space");
   await drawn(page);
   const held = [await answer(page), (await page.waitForTimeout(500), await answer(page))].map(({ counters }) => counters.blocks);
@@ -271,7 +279,7 @@ async function hands() {
   await page.emulateMedia({ colorScheme: "dark" });
   await drawn(page);
   const ground = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
-  tell("hands", { errors, widths, held, moved, nameless, labels, png, ground });
+  tell("hands", { errors, tops: [answerTop, controlsTop, chartTop], widths, held, moved, nameless, labels, png, ground });
   await context.close();
 }
 
@@ -450,9 +458,9 @@ async function files() {
 async function bare() {
   const { page, errors, context } = await open(browser);
   await page.keyboard.press("2");
-  const told = [["bare.i16", {}], ["bare.i16", { file_rate_hz: 48000 }], ["bare-adc.u16", { bits: -12 }], ["bare.dat", { format: 6 }]];
+  const told = [["bare.i16", {}], ["bare.i16", { file_rate_hz: 48000 }], ["bare-adc.u16", { bits: -12 }], ["bare.dat", { format: 6 }], ["bare.i16", { file_rate_hz: 48000, carrier_hz: 24.125 }]];
   for (const [file, fields] of told) {
-    for (const [name, value] of Object.entries({ file_rate_hz: "", bits: 16, format: 0 })) await slide(page, name, value);
+    for (const [name, value] of Object.entries({ file_rate_hz: "", carrier_hz: "", bits: 16, format: 0 })) await slide(page, name, value);
     await page.evaluate(() => { document.querySelector("#file-name").textContent = ""; });
     await drop(page, file);
     await measured(page);
@@ -463,11 +471,52 @@ async function bare() {
     }
     const asked = await page.evaluate(() => {
       const [said, rate] = ["#asked", "#file_rate_hz"].map((name) => document.querySelector(name));
-      return [said.checkVisibility() ? said.textContent : "", rate.closest("#answer") !== null, rate.checkVisibility(), document.querySelector("#spectrum-title").textContent];
+      return [said.checkVisibility() ? said.textContent : "", rate.closest("#answer") !== null, rate.checkVisibility(), document.querySelector("#spectrum-title").textContent,
+        [...document.querySelectorAll("#spectrum .label.x")].at(-1)?.textContent ?? ""];
     });
     const found = Object.keys(fields).length ? [] : await hindrances(page, "a file without a rate");
     tell("bare", { errors, file, fields, asked, found, ...await answer(page), json: (await saved(page, "json")).toString() });
   }
+  await context.close();
+}
+
+/** A cube of chirps: records at first, and frames of targets once the radar is typed beside the answer. */
+async function frames() {
+  const { page, errors, context } = await open(browser);
+  await page.keyboard.press("2");
+  await drop(page, "cube.npy");
+  await measured(page);
+  const asked = await page.locator("#asked").textContent();
+  const before = await answer(page);
+  const radar = { file_rate_hz: 2560000, carrier_hz: 77, file_bandwidth_hz: 306, guard_s: 2, period_s: 120, velocity_low_mps: -8, velocity_high_mps: 8, chirp_s: 102 };
+  for (const [name, value] of Object.entries(radar)) {
+    await page.evaluate(() => { document.querySelector("#file-name").textContent = ""; });
+    await slide(page, name, value);
+    await measured(page);
+  }
+  const read = () => page.evaluate(() => ({
+    file: document.querySelector("#file-name").textContent, map: document.querySelector("#map canvas").ariaLabel, key: document.querySelector("#map-key").textContent,
+    spectrum: document.querySelector("#spectrum-figure").checkVisibility(), labels: [...document.querySelectorAll("#map .label")].map((label) => label.textContent),
+    targets: [...document.querySelector("#targets").tBodies[0].rows].map((row) => [...row.cells].map((cell) => cell.textContent)),
+  }));
+  const seen = await read();
+  const found = await hindrances(page, "frames");
+  const json = (await saved(page, "json")).toString();
+  await page.click("#verdict");
+  const { notice } = await until(page, (said) => said.notice);
+  // Without bounds a velocity has aliases.
+  for (const name of ["velocity_low_mps", "velocity_high_mps"]) await slide(page, name, "");
+  await measured(page);
+  await page.waitForFunction(() => / targets measured$/.test(document.querySelector("#file-name").textContent));
+  await drawn(page);
+  const open_ = await read();
+  await page.setViewportSize({ width: 390, height: 844 });
+  await drawn(page);
+  const width = await page.evaluate(() => document.documentElement.scrollWidth);
+  // Another source takes its place.
+  await page.keyboard.press("1");
+  const after = await until(page, ({ word }) => word === "good");
+  tell("frames", { errors, asked, before, seen, found, json, told: notice, aliases: open_, width, after });
   await context.close();
 }
 
@@ -565,6 +614,6 @@ async function microphone() {
 // Frames are timed while nothing else runs; the others share the time that they wait.
 await scenes();
 await Promise.all([hands(), files(), hasty(), several(), board("session.bin"), board("stranger.bin"), microphone()]);
-await Promise.all([access(), explained(), strange(), choices(), bare()]);
+await Promise.all([access(), explained(), strange(), choices(), bare(), frames()]);
 await Promise.all([bursts(), design(), sums(), lengths()]);
 await browser.close();

@@ -1,5 +1,5 @@
 // Charts by uPlot. Their labels are text of the page, so that they can be read out, enlarged and copied.
-import { hertz, places, signed, units } from "./words.js";
+import { along, place, places, signed, units } from "./words.js";
 
 /* global uPlot */
 
@@ -14,7 +14,8 @@ function label(chart) {
   chart.axes.forEach((axis, index) => {
     const scale = chart.scales[axis.scale];
     const splits = (axis._splits ?? []).filter((value) => value >= scale.min && value <= scale.max);
-    const step = splits.length > 1 ? splits[1] - splits[0] : 0;
+    const all = axis._splits ?? [];
+    const step = all.length > 1 ? all[1] - all[0] : Math.abs(all[0] ?? 0);
     const most = Math.max(Math.abs(scale.min), Math.abs(scale.max));
     for (const value of splits) {
       const text = axis.words(value, step, most);
@@ -54,19 +55,19 @@ function axes(words, left) {
 
 /** A chart in its place, as wide and high as that; made anew when the colours change. */
 class Chart {
-  constructor(place, name, options) {
-    this.place = place;
+  constructor(box, name, options) {
+    this.box = box;
     this.name = name;
     this.options = options;
     this.data = null;
     this.make();
-    new ResizeObserver(() => this.fit()).observe(place);
+    new ResizeObserver(() => this.fit()).observe(box);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.make());
   }
 
   make() {
     this.chart?.destroy();
-    const { clientWidth: width, clientHeight: height } = this.place;
+    const { clientWidth: width, clientHeight: height } = this.box;
     const options = this.options();
     this.chart = new uPlot({
       width: width || 300,
@@ -75,7 +76,7 @@ class Chart {
       cursor: { show: false },
       ...options,
       hooks: { drawAxes: [label], ...options.hooks },
-    }, this.data ?? options.series.map(() => []), this.place);
+    }, this.data ?? options.series.map(() => []), this.box);
     this.describe(this.name);
   }
 
@@ -88,7 +89,7 @@ class Chart {
   }
 
   fit() {
-    const { clientWidth: width, clientHeight: height } = this.place;
+    const { clientWidth: width, clientHeight: height } = this.box;
     if (width && height) this.chart.setSize({ width, height });
   }
 
@@ -100,9 +101,9 @@ class Chart {
 
   /** Words in the place of a picture. */
   empty(words) {
-    let tag = this.place.querySelector(".empty");
+    let tag = this.box.querySelector(".empty");
     if (!words) return void tag?.remove();
-    tag ??= this.place.appendChild(Object.assign(document.createElement("p"), { className: "empty" }));
+    tag ??= this.box.appendChild(Object.assign(document.createElement("p"), { className: "empty" }));
     if (tag.textContent !== words) {
       tag.textContent = words;
       this.chart.setData(this.chart.series.map(() => []));
@@ -124,12 +125,12 @@ function sigma(chart, { hertz: at, sigma: width }, fill) {
 }
 
 export class SpectrumChart extends Chart {
-  constructor(place) {
+  constructor(box) {
     let shown = [];
-    let floor = -100;
-    super(place, "Spectrum of the block", () => ({
-      scales: { x: { time: false }, y: { range: () => [floor - 30, Math.max(5, floor + 40)] } },
-      axes: axes([hertz, (value) => `${plain(value, 1)} dB`], 58),
+    const view = { low: -130, high: 5 };
+    super(box, "Spectrum of the block", () => ({
+      scales: { x: { time: false }, y: { range: () => [view.low, view.high] } },
+      axes: axes([along, (value) => `${plain(value, 1)} dB`], 58),
       series: [
         {},
         { stroke: colour("line"), width: 1.5, points: { show: false } },
@@ -140,8 +141,10 @@ export class SpectrumChart extends Chart {
     }));
     // All tones of the block, or the one that is measured.
     this.show = (spectrum, tone, tones) => {
-      // The scale follows the floor in steps, so that it does not flicker.
-      if (Math.abs(spectrum.floor - floor) > 8) floor = Math.round(spectrum.floor / 10) * 10;
+      // The scale follows the floor and the highest bin in steps, so that it does not flicker.
+      const top = Math.max(spectrum.threshold, ...spectrum.bins) + 3;
+      if (top > view.high || top < view.high - 16) view.high = Math.ceil((top + 4) / 10) * 10;
+      if (Math.abs(spectrum.floor - 25 - view.low) > 8) view.low = Math.round((spectrum.floor - 25) / 10) * 10;
       shown = tones.length ? tones : tone ? [spectrum] : [];
       const x = spectrum.bins.map((_, index) => spectrum.first + index * spectrum.step);
       const ends = (value) => x.map((_, index) => (index === 0 || index === x.length - 1 ? value : undefined));
@@ -159,12 +162,12 @@ export class SpectrumChart extends Chart {
 }
 
 export class ZoomChart extends Chart {
-  constructor(place) {
+  constructor(box) {
     let shown = null;
     let range = [-100, 0];
-    super(place, "Bins around the tone, and the tone that was fitted to them", () => ({
+    super(box, "Bins around the tone, and the tone that was fitted to them", () => ({
       scales: { x: { time: false }, y: { range: () => range } },
-      axes: axes([hertz, (value) => `${plain(value, 1)} dB`], 58),
+      axes: axes([along, (value) => `${plain(value, 1)} dB`], 58),
       series: [
         {},
         { stroke: colour("fit"), width: 2, points: { show: false }, spanGaps: true },
@@ -177,7 +180,9 @@ export class ZoomChart extends Chart {
       shown = spectrum;
       const reach = 7 * spectrum.step;
       const [low, high] = [spectrum.hertz - reach, spectrum.hertz + reach];
-      const fitted = core.fitted(low, high, 280);
+      const hertz = (at) => at / place(1);
+      const [at, level] = core.fitted(hertz(low), hertz(high), 280);
+      const fitted = [at.map(place), level];
       const first = Math.max(0, Math.ceil((low - spectrum.first) / spectrum.step));
       const last = Math.min(spectrum.bins.length - 1, Math.floor((high - spectrum.first) / spectrum.step));
       const places = Array.from({ length: Math.max(0, last - first + 1) }, (_, index) => first + index);
@@ -192,10 +197,10 @@ export class ZoomChart extends Chart {
 
 /** Bin and sigma of each length over the time of its block, and the wanted sigma; both scales have factors of ten. */
 export class DesignChart extends Chart {
-  constructor(place) {
+  constructor(box) {
     const powers = (value) => (Math.abs(Math.log10(value) - Math.round(Math.log10(value))) < 1e-9 ? signed(String(Number(value.toPrecision(1)))) : "");
     let chosen = -1;
-    super(place, "Resolution and sigma of each length", () => {
+    super(box, "Resolution and sigma of each length", () => {
       const points = { show: true, size: 8 };
       const made = axes([(value) => powers(value) && `${powers(value)} ms`, powers], 74);
       // Between two powers of ten are eight lines, which have no words.
@@ -237,9 +242,9 @@ export class DesignChart extends Chart {
 
 /** A quantity over time with its sigma as a band, and the truth where it is known. */
 export class TimeChart extends Chart {
-  constructor(place) {
+  constructor(box) {
     const view = { low: 0, high: 1 };
-    super(place, "The answer over time, with sigma", () => ({
+    super(box, "The answer over time, with sigma", () => ({
       scales: { x: { time: false }, y: { range: () => [view.low, view.high] } },
       axes: axes([(value, step) => `${plain(value, step)}${units.known ? " s" : ""}`, plain], 74),
       series: [

@@ -99,10 +99,11 @@ const field = (name, label, ...inputs) => make("div", { className: "field" }, ma
 
 /** What makes fields and selections of `values`, which are settings by the library's names. */
 function inputs(values, changed) {
-  const number = (name, properties = {}) => {
+  // `scale` is one of the field's units in the library's.
+  const number = (name, properties = {}, scale = 1) => {
     const input = make("input", { type: "number", id: name, inputMode: "decimal", min: 0, step: "any", ...properties });
-    if (values[name]) input.value = values[name];
-    input.addEventListener("change", () => changed(name, input.value === "" ? 0 : Number(input.value)));
+    if (values[name]) input.value = Number((values[name] / scale).toPrecision(12));
+    input.addEventListener("change", () => changed(name, Number(input.value) * scale));
     return input;
   };
   const select = (name, options, id = name) => {
@@ -123,7 +124,18 @@ export function askForm(form, values, changed) {
   form.replaceChildren(
     field("file_rate_hz", "Rate, Hz", number("file_rate_hz", { placeholder: "as the file says" })),
     field("bits", "Codes", select("bits", FILE_CODES)),
+    field("carrier_hz", "Carrier, GHz", number("carrier_hz", { placeholder: "for speeds" }, 1e9)),
+    field("mixing", "Mixing", select("mixing", [["-1", "the usual one"], ...MIXINGS])),
     field("format", "Format", select("format", [["0", "as the file shows"], ...FORMATS.map((name, index) => [String(index + 1), name])])),
+    make("details", { id: "ramps" }, make("summary", { textContent: "Chirps of an FMCW radar" }),
+      field("file_bandwidth_hz", "Sweep, MHz", number("file_bandwidth_hz", {}, 1e6)),
+      field("chirp_s", "Ramp, \u00b5s", number("chirp_s", {}, 1e-6)),
+      field("period_s", "Period, \u00b5s", number("period_s", { placeholder: "one behind the other" }, 1e-6)),
+      field("guard_s", "Begins at, \u00b5s", number("guard_s", { placeholder: "of the ramp" }, 1e-6)),
+      field("chirps", "Chirps", select("chirps", [["0", "as many as there are"], ...[8, 16, 32, 64, 128, 256].map((count) => [String(count), `${count} a frame`])])),
+      field("velocity_low_mps", "Speeds, m/s", make("div", { className: "pair" }, number("velocity_low_mps", { min: "", placeholder: "from" }), "\u2013",
+        number("velocity_high_mps", { min: "", placeholder: "to", ariaLabel: "Speeds, m/s, upper end" }))),
+    ),
   );
 }
 
@@ -142,7 +154,7 @@ export function instrumentForm(form, source, values, changed) {
       number("band_high_hz", { placeholder: "to", min: "", ariaLabel: "Band, upper end" }))),
     field("sum", "Answer of", select("sum", SUMS)),
     field("tones-most", "Tones", select("tones", TONES, "tones-most")),
-    source === "file" ? field("channel", "Channel", make("div", { className: "pair" }, number("channel", { min: 1, step: 1, placeholder: "the only one" }), "Q",
+    source === "file" ? field("channel", "Channel", make("div", { className: "pair" }, number("channel", { min: 1, step: 1, placeholder: "only" }), "Q",
       number("channel_q", { min: 1, step: 1, placeholder: "none", ariaLabel: "Channel of Q" }))) : "",
     source === "file" ? field("scale", "Scale", number("scale", { placeholder: "by the numbers" })) : "",
   ];

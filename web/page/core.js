@@ -19,6 +19,8 @@ export async function compile(url) {
 const TRACK = ["number", "hertz", "sigma", "misses"];
 const TONE = ["hertz", "sigma", "amplitude", "phase", "sigma_phase", "snr_db", "verdict"];
 
+const TARGET = ["range_m", "sigma_range_m", "velocity_mps", "sigma_velocity_mps", "covariance", "map_m", "map_mps", "snr_db", "verdict"];
+
 // A checksum in hexadecimal digits.
 const digits = (sum) => BigInt.asUintN(64, sum).toString(16).padStart(16, "0");
 
@@ -136,6 +138,22 @@ export class Core {
     return bins.length ? { first, step, floor, threshold, hertz, sigma, level, bins } : null;
   }
 
+  /** The map of the last frame of chirps and its targets; nothing where there is none. */
+  map() {
+    this.exports.picket_map();
+    const numbers = this.numbers();
+    if (!numbers.length) return null;
+    const [frame, chirps, bins, range, rangeStep, velocity, velocityStep, shift, count] = numbers;
+    let at = 9;
+    const take = (length) => numbers.subarray(at, at += length);
+    const targets = Array.from({ length: count }, () => {
+      const [target] = objects(take(TARGET.length), TARGET);
+      const [aliases] = take(1);
+      return { ...target, aliases: objects(take(2 * aliases), ["velocity", "odds"]) };
+    });
+    return { frame, chirps, bins, range, rangeStep, velocity, velocityStep, shift, targets, decibels: numbers.subarray(at) };
+  }
+
   /** The samples that the spectrum is of, and what is known of them: for the tones' module. */
   shown() {
     this.exports.picket_shown();
@@ -163,8 +181,8 @@ export class Core {
 
   state() {
     this.exports.picket_state();
-    const [n, iq, rate, kind, full, known, records = 0, missing = 0, bad = 0, raw = 0] = this.numbers();
-    return { n, iq: iq !== 0, rate, kind, full, known: known !== 0, records, missing, bad, raw };
+    const [n, iq, rate, kind, full, known, speed, row, frames, records = 0, missing = 0, bad = 0, raw = 0] = this.numbers();
+    return { n, iq: iq !== 0, rate, kind, full, known: known !== 0, speed, row, frames: frames !== 0, records, missing, bad, raw };
   }
 
   checksum(fixed, blocks) {

@@ -75,10 +75,19 @@ export class Design {
     this.place("settings").textContent = settings;
     const table = this.place("table");
     table.hidden = !rows.length;
-    table.tHead.rows[0].replaceChildren(...head.map((textContent) => make("th", { scope: "col", textContent })));
+    // What is asked for comes first, in view on a phone, too.
+    const rank = (name) => (name.startsWith("sigma") ? 2 : name === "N" ? 0 : name.startsWith("block") ? 1 : 3);
+    const order = head.map((_, index) => index).sort((a, b) => rank(head[a]) - rank(head[b]));
+    const cellOf = (tag, cells) => (index) => {
+      const made = make(tag, { textContent: cells[index] });
+      made.dataset.column = index;
+      return made;
+    };
+    table.tHead.rows[0].replaceChildren(...order.map(cellOf("th", head)).map((made) => Object.assign(made, { scope: "col" })));
     table.tBodies[0].replaceChildren(...rows.map((cells, index) => {
-      const [first, ...others] = cells;
-      const row = make("tr", { className: index === chosen ? "chosen" : "" }, make("th", { scope: "row", textContent: first }), ...others.map((textContent) => make("td", { textContent })));
+      const [first, ...others] = order;
+      const name = Object.assign(cellOf("th", cells)(first), { scope: "row" });
+      const row = make("tr", { className: index === chosen ? "chosen" : "" }, name, ...others.map(cellOf("td", cells)));
       if (index === chosen) row.firstChild.append(make("span", { textContent: " \u2713", title: "the shortest that reaches the wanted sigma" }));
       return row;
     }));

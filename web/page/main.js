@@ -1,13 +1,14 @@
 // The page: a source gives rows, the newest is shown, and charts follow.
 import { load } from "./core.js";
 import { SpectrumChart, TimeChart, ZoomChart } from "./charts.js";
+import { FrameMap } from "./map.js";
 import { Waterfall } from "./waterfall.js";
 import { SCENES, askForm, instrumentForm, sceneForm } from "./controls.js";
 import { Board, Microphone, Particles, Recording, Simulated } from "./sources.js";
 import { jsonLines, picture, table } from "./save.js";
 import { Design } from "./design.js";
 import { Tones, row as toneRow, testRow } from "./tones.js";
-import { SIGNS, USES, figure, hertz, note, rank, signed, units } from "./words.js";
+import { SIGNS, USES, along, figure, note, placed, placedAll, rank, signed, units } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
 const KEPT = 200_000;
@@ -19,7 +20,7 @@ const page = {
   counts: {}, spoken: 0, spokenWord: "", pictured: null, poured: 0, reference: 0, last: 0, shown: 0, times: [], drawn: -1,
   values: {
     scene: { n: 1024, bits: 12, iq: 1, mixing: 0, sum: 1, tones: 1, band_low_hz: 0, band_high_hz: 0 },
-    file: { n: 1024, bits: 16, iq: 0, sum: 1, tones: 1, band_low_hz: 0, band_high_hz: 0, file_rate_hz: 0, format: 0, scale: 0, channel: 0, channel_q: 0 },
+    file: { n: 1024, bits: 16, iq: 0, sum: 1, tones: 1, band_low_hz: 0, band_high_hz: 0, file_rate_hz: 0, carrier_hz: 0, mixing: -1, file_bandwidth_hz: 0, chirp_s: 0, period_s: 0, guard_s: 0, chirps: 0, velocity_low_mps: 0, velocity_high_mps: 0, format: 0, scale: 0, channel: 0, channel_q: 0 },
     microphone: { n: 4096, bits: 16, iq: 0, sum: 1, tones: 1, band_low_hz: 40, band_high_hz: 6000 },
     board: { n: 1024, bits: -12, iq: 0, band_low_hz: 0, band_high_hz: 0 },
   },
@@ -38,7 +39,7 @@ function setAll(settings) {
 /** Forgets what was shown, and what was explained of it. */
 function forget() {
   unexplain();
-  units.known = true;
+  [units.known, units.speed] = [true, 0];
   $("asked").hidden = true;
   page.rows = [];
   page.counts = { blocks: 0, good: 0, gaps: 0, clipped: 0 };
@@ -47,6 +48,8 @@ function forget() {
   $("said").textContent = "";
   $("answer").classList.remove("unusable");
   charts.waterfall.clear();
+  charts.map.clear();
+  inFrames(false);
   charts.first.clear();
   charts.second.clear();
   for (const chart of [charts.spectrum, charts.zoom]) chart.empty("No samples yet.");
@@ -59,9 +62,16 @@ function forget() {
   titles();
 }
 
+/** Shows the map of frames of chirps, or the spectra of blocks. */
+function inFrames(frames) {
+  [page.frames, page.latest] = [frames, -1];
+  document.body.toggleAttribute("data-frames", frames);
+  $("map-figure").hidden = !frames;
+}
+
 /** Has the library measure by the settings of the source in use, from the start. */
 function restart() {
-  setAll({ ...page.values[page.name], kind: 0, format: 0, scale: 0, file_rate_hz: 0 });
+  setAll({ ...page.values[page.name], kind: 0, carrier_hz: 0, file_bandwidth_hz: 0, chirp_s: 0, format: 0, scale: 0, file_rate_hz: 0 });
   if (page.name === "scene") setAll({ ...page.scene.settings, iq: page.values.scene.iq, mixing: page.values.scene.mixing, kind: bursts() ? 0 : page.scene.kind });
   // A short ramp is no steeper than one of 1024 samples: the beats of far targets would lie beyond half the rate.
   if (page.name === "scene") page.core.set("bandwidth_hz", page.scene.settings.bandwidth_hz * Math.min(1, page.values.scene.n / 1024));
@@ -71,6 +81,7 @@ function restart() {
   forget();
   const wrong = page.core.start(1);
   notice(wrong);
+  measureIn();
   return !wrong;
 }
 
@@ -154,7 +165,8 @@ async function drop(file) {
   if (late()) return;
   const told = (wrong, blocks) => {
     notice(wrong);
-    $("file-name").textContent = `${file.name}: ${blocks} blocks measured`;
+    charts.waterfall.fill();
+    $("file-name").textContent = `${file.name}: ${blocks} ${page.frames ? "targets" : "blocks"} measured`;
   };
   const recording = new Recording(page.core, file.name, contents, told, (row) => pour(page.core.spectrum(), row));
   if (recording.wrong) {
@@ -162,13 +174,16 @@ async function drop(file) {
     return notice(recording.wrong);
   }
   $("file-name").textContent = file.name;
-  const { rate, known } = page.core.state();
+  const { rate, known, iq, row, frames } = page.core.state();
+  inFrames(frames);
+  if (row > 0) $("ramps").open = true;
   $("file_rate_hz").placeholder = known ? `${rate}, as the file says` : "the file tells none";
-  const said = [known ? "" : "The file does not tell its sample rate: frequencies are in cycles per sample.", recording.assumed && `Assumed: ${recording.assumed}.`];
+  const lone = row > 0 ? `It holds records of ${row} samples each. If they are chirps, the carrier, the sweep and its time${known ? "" : ", with the rate,"} give ranges and velocities.` : "";
+  const said = [known ? "" : "The file does not tell its sample rate: frequencies are in cycles per sample.", lone, recording.assumed && `Assumed: ${recording.assumed}.`];
   $("asked").textContent = said.filter(Boolean).join(" ");
   $("asked").hidden = !$("asked").textContent;
-  units.known = known;
-  titles();
+  $("mixing").closest(".field").hidden = !(iq && page.values.file.carrier_hz);
+  measureIn();
   page.source = recording;
 }
 
@@ -216,6 +231,7 @@ async function explain() {
   if (!$("why").hidden) return unexplain();
   if (bursts()) return notice("A burst is judged as a whole: its validation is shown below the answer. Choose another scene to see the tests behind a verdict.");
   if (summed()) return notice("A sum is judged as a whole: by how rarely noise alone has such a line. Let each block have its answer to see the tests behind a verdict.");
+  if (page.frames) return notice("A frame's target is judged as a whole: by its fits over samples and over chirps, and by how rarely noise alone has one.");
   const turn = page.turn;
   const held = page.paused;
   pause(true);
@@ -293,7 +309,8 @@ function speak(now) {
 function describe() {
   const { spectrum, tones, seen } = page.pictured ?? {};
   if (spectrum) {
-    const at = (value) => (units.known ? hertz(Math.round(value), 1, Math.abs(value)) : `${hertz(Number(value.toFixed(4)), 1e-4)} ${units.frequency}`);
+    const plain = units.known && !units.speed;
+    const at = (value) => (plain ? along(Math.round(value), 1, Math.abs(value)) : `${along(value, units.speed ? 0.01 : 1e-4)}${units.known ? "" : ` ${units.frequency}`}`);
     const last = spectrum.first + spectrum.step * (spectrum.bins.length - 1);
     const places = (tones.length ? tones : seen ? [spectrum] : []).map((tone) => at(tone.hertz));
     const lines = places.length ? `lines at ${places.join(", ")}` : "no line";
@@ -351,7 +368,7 @@ function show(row) {
     figures.push(figureOf("Velocity", target.velocity_mps, target.sigma_velocity_mps, "m/s"));
     truth(target.truth_mps, target.velocity_mps, target.sigma_velocity_mps, "m/s");
   }
-  figures.push(figureOf(ramp.segment ? "Beat of the rising ramp" : "Frequency", ...tone, units.frequency, Boolean(target)));
+  figures.push(figureOf(page.frames ? "Beat" : ramp.segment ? "Beat of the rising ramp" : "Frequency", ...tone, units.frequency, Boolean(target)));
   if (!target) truth(ramp.truth_hz, ...tone, "Hz");
   if (row.validation) figures.push(boxOf(`Burst, ${row.validation}`, `${(1e3 * row.transit_s).toFixed(2)}`, "ms in the beams", "", true));
   if (page.name === "microphone" && !nothing) {
@@ -371,7 +388,7 @@ function show(row) {
 
 function count(row) {
   page.counts.blocks += 1;
-  page.counts.good += Number(row.verdict === 0);
+  page.counts.good += Number((page.frames ? row.outcome_verdict : row.verdict) === 0);
   page.counts.gaps += Number(row.gap === 1);
   page.counts.clipped += row.clipped;
   if (Number.isFinite(row.lost)) [page.counts.lost, page.counts.faults] = [row.lost, row.faults];
@@ -381,7 +398,7 @@ function counters() {
   const { blocks, good, gaps, clipped, lost = 0, faults = 0 } = page.counts;
   const { missing, bad, raw } = page.core.state();
   const share = blocks ? `${Math.round(100 * good / blocks)} %` : "\u2013";
-  const list = [[bursts() ? "bursts" : "blocks", blocks], ["good", share], ["clipped", clipped, clipped > 0], ["gaps", gaps, gaps > 0]];
+  const list = [[bursts() ? "bursts" : page.frames ? "targets" : "blocks", blocks], ["good", share], ["clipped", clipped, clipped > 0], ["gaps", gaps, gaps > 0]];
   if (page.name === "board") {
     list.push(["lost", lost, lost > 0], ["faults", faults, faults > 0], ["missing", missing, missing > 0], ["bad frames", bad, bad > 0], ["raw blocks", raw]);
   }
@@ -400,6 +417,9 @@ function counters() {
 function take(rows) {
   for (const row of rows) {
     count(row);
+    // Of a frame the strongest target, which comes first.
+    if (page.frames && row.block === page.latest) continue;
+    page.latest = row.block;
     if (row.segment <= 1) page.ramp = row;
     if (Number.isFinite(row.outcome_verdict)) page.target = row;
     const usable = (verdict, value) => (page.core.verdicts[verdict]?.usable === "no" ? NaN : value);
@@ -417,11 +437,20 @@ function take(rows) {
   if (page.rows.length > KEPT) page.rows.splice(0, page.rows.length - KEPT);
 }
 
+/** Has figures and charts in what the source tells: hertz or cycles per sample, and speeds where there is a carrier. */
+function measureIn() {
+  ({ known: units.known, speed: units.speed } = page.core.state());
+  titles();
+}
+
 function titles() {
   const target = page.target;
   const two = Boolean(target && Number.isFinite(target.range_m));
   document.querySelector("main").classList.toggle("two", two);
-  $("second-figure").hidden = !two;
+  // One frame has no course.
+  const lone = page.frames && !(page.latest > 0);
+  $("first-figure").hidden = lone;
+  $("second-figure").hidden = !two || lone;
   $("first-title").textContent = two ? "Range, m" : target ? "Velocity, m/s" : `Frequency, ${units.frequency}`;
   for (const name of ["Spectrum", "Line", "Waterfall"]) {
     $(`${name === "Line" ? "zoom" : name.toLowerCase()}-title`).textContent = units.known ? name : `${name}, ${units.frequency}`;
@@ -431,10 +460,32 @@ function titles() {
 }
 
 function pour(spectrum, row) {
-  charts.waterfall.add(spectrum, page.core.tracks(), row.time_s);
+  if (!spectrum) return;
+  charts.waterfall.add(placed(spectrum), placedAll(page.core.tracks()), row.time_s);
+}
+
+/** The map of the newest frame and its targets. */
+function drawFrame(now) {
+  if (now - page.shown <= 200) return;
+  page.shown = now;
+  const map = page.core.map();
+  if (map) charts.map.show(map, page.core.verdicts);
+  titles();
+  charts.first.show();
+  charts.second.show();
+  if (page.target) show(page.target);
+  if (map && !map.targets.length) {
+    $("figures").replaceChildren();
+    verdict(null);
+    [$("word").textContent, $("reason").textContent] = ["no target", "Nothing in the frame stands out of the noise."];
+  }
+  speak(now);
+  counters();
+  frameTime();
 }
 
 function draw(now) {
+  if (page.frames) return drawFrame(now);
   const row = page.rows.at(-1);
   let spectrum = page.core.spectrum();
   // A burst has a frequency of its own: its envelope is the weight.
@@ -443,10 +494,11 @@ function draw(now) {
   const tones = tonesNow();
   if (spectrum && raw) {
     const seen = page.core.verdicts[row.verdict].name !== "no-signal" && Number.isFinite(spectrum.hertz) && spectrum.sigma > 0;
-    charts.spectrum.show(spectrum, seen, tones);
-    page.pictured = { spectrum, tones, seen };
+    const there = placed(spectrum);
+    charts.spectrum.show(there, seen, placedAll(tones));
+    page.pictured = { spectrum: there, tones: placedAll(tones), seen };
     if (bursts()) charts.zoom.empty("A burst has no steady line.");
-    else if (seen) charts.zoom.show(page.core, spectrum);
+    else if (seen) charts.zoom.show(page.core, there);
     else charts.zoom.empty("There is no line.");
     // Thirty rows a second: eight seconds are in sight. A recording pours its own.
     if (page.name !== "file" && now - page.poured > 30) {
@@ -456,6 +508,7 @@ function draw(now) {
   } else if (page.name === "board") {
     for (const chart of [charts.spectrum, charts.zoom]) chart.empty("The board sends answers, not samples. Capture a block to see its spectrum.");
   }
+  if (page.name === "board") measureIn();
   titles();
   charts.first.show();
   if (page.target) charts.second.show();
@@ -497,11 +550,11 @@ function frame(now) {
       else if (page.name === "board") { known(); counters(); listTones(tonesNow()); }
       if (rows.length || page.core.state().raw !== page.drawn) {
         page.drawn = page.core.state().raw;
-        if (page.rows.length) draw(now);
+        if (page.rows.length || page.frames) draw(now);
         page.times.push(performance.now() - begun);
         if (page.times.length > 120) page.times.shift();
       }
-      if (!rows.length && page.source.more === false && page.rows.length && page.shown !== Infinity) {
+      if (!rows.length && page.source.more === false && (page.rows.length || page.frames) && page.shown !== Infinity) {
         page.shown = 0;
         draw(now);
         page.shown = Infinity;
@@ -581,6 +634,7 @@ try {
   charts.waterfall = new Waterfall($("waterfall"));
   charts.first = new TimeChart($("first"));
   charts.second = new TimeChart($("second"));
+  charts.map = new FrameMap();
   listenToPeople();
   choose("scene");
   requestAnimationFrame(frame);

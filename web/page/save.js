@@ -23,18 +23,28 @@ export function table(core, rows) {
   offer("picket.csv", [names.join(","), ...lines, ""].join("\n"), "text/csv");
 }
 
+/** The targets of frames, by the names that `picket analyze --json` has for them. */
+function frameLines(core, rows) {
+  const names = ["range_m", "sigma_range_m", "velocity_mps", "sigma_velocity_mps", "snr_db"];
+  const line = (row) => ({ frame: row.block, chirp: row.clock, ...Object.fromEntries(names.map((name) => [name, finite(row[name])])), verdict: core.verdicts[row.outcome_verdict].name });
+  return rows.map((row) => `${JSON.stringify(line(row))}\n`).join("");
+}
+
 export function jsonLines(core, rows) {
-  const { iq } = core.state();
+  const { iq, speed, frames, known } = core.state();
+  if (frames) return offer("picket.jsonl", frameLines(core, rows), "application/x-ndjson");
   const lines = rows.map((row) => JSON.stringify({
     block: row.block,
-    time_s: finite(row.time_s),
+    ...(known ? { time_s: finite(row.time_s) } : {}),
     method: iq ? "least-squares" : "least-squares-real",
     bins: finite(row.bins),
-    frequency_hz: finite(row.frequency_hz),
-    sigma_hz: finite(row.sigma_hz),
+    frequency_hz: known ? finite(row.frequency_hz) : null,
+    sigma_hz: known ? finite(row.sigma_hz) : null,
+    ...(known ? {} : { cycles_per_sample: finite(row.frequency_hz), sigma_cycles_per_sample: finite(row.sigma_hz) }),
     sigma_bins: finite(row.sigma_bins),
     snr_db: finite(row.snr_db),
     verdict: core.verdicts[row.verdict].name,
+    ...(speed ? { speed_mps: finite(row.frequency_hz * speed), sigma_speed_mps: finite(row.sigma_hz * Math.abs(speed)) } : {}),
     ...(row.also ? { also: besides(core, row.also) } : {}),
   }));
   lines.push(JSON.stringify({ summary: true, blocks: rows.length }));

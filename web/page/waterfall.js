@@ -1,6 +1,6 @@
 // Spectra over time, the newest on top, with the tracks over them.
 import { colour } from "./charts.js";
-import { hertz, units } from "./words.js";
+import { along, units } from "./words.js";
 
 const WIDTH = 720;
 const HEIGHT = 240;
@@ -16,7 +16,7 @@ function shade(share) {
   return low.map((part, index) => part + (high[index] - part) * (place % 1));
 }
 
-const TABLE = Array.from({ length: 256 }, (_, index) => shade(index / 255));
+export const TABLE = Array.from({ length: 256 }, (_, index) => shade(index / 255));
 
 export class Waterfall {
   constructor(place) {
@@ -62,13 +62,25 @@ export class Waterfall {
     this.label(spectrum.first, span);
   }
 
+  /** What is there fills the picture: of a short recording that has ended. */
+  fill() {
+    const rows = this.times.length;
+    if (!rows || rows >= HEIGHT) return;
+    this.context.imageSmoothingEnabled = false;
+    this.context.drawImage(this.canvas, 0, 0, WIDTH, rows, 0, 0, WIDTH, HEIGHT);
+    const times = this.times;
+    this.times = Array.from({ length: HEIGHT }, (_, row) => times[Math.floor(row * rows / HEIGHT)]);
+    this.label(...this.span);
+  }
+
   label(first, span) {
+    this.span = [first, span];
     const tags = [];
     const most = Math.max(Math.abs(first), first + span);
-    const unit = !units.known ? span / 4 : most >= 8e3 ? 1e3 : 1;
+    const unit = !units.known ? span / 4 : units.speed ? 10 ** Math.floor(Math.log10(span / 40)) : most >= 8e3 ? 1e3 : 1;
     for (let place = 0; place <= 4; place += 1) {
       const name = ["x", place === 4 ? "last" : ""].join(" ").trim();
-      tags.push([name, `left:${25 * place}%`, hertz(Math.round((first + span * place / 4) / unit) * unit, unit, most)]);
+      tags.push([name, `left:${25 * place}%`, along(Math.round((first + span * place / 4) / unit) * unit, unit, most)]);
     }
     for (const row of [60, 120, 180]) {
       const past = this.times[0] - this.times[row];

@@ -54,15 +54,35 @@ export function places(step) {
   return count;
 }
 
-/** What frequencies and times are in: hertz and seconds, or samples where nothing tells the rate. */
+/** What frequencies and times are in: hertz and seconds, or samples where nothing tells the rate; charts in m/s where a hertz has a speed. */
 export const units = {
   known: true,
+  speed: 0,
   get frequency() { return this.known ? "Hz" : "cycles per sample"; },
   get time() { return this.known ? "s" : "samples"; },
 };
 
-/** A frequency with its unit, for axes that reach so far: 18.2 kHz. Cycles per sample have none. */
-export function hertz(value, step, most) {
+/** Where a frequency is in a chart. */
+export const place = (hertz) => (units.speed ? hertz * units.speed : hertz);
+
+/** A spectrum by the places of its bins, from the lowest on, and its tone. */
+export function placed(spectrum) {
+  if (!spectrum || !units.speed) return spectrum;
+  const { first, step, hertz, sigma, bins } = spectrum;
+  const last = first + step * (bins.length - 1);
+  const back = units.speed < 0;
+  return {
+    ...spectrum, first: place(back ? last : first), step: Math.abs(place(step)), hertz: place(hertz), sigma: Math.abs(place(sigma)),
+    bins: back ? bins.toReversed() : bins,
+  };
+}
+
+/** Tones or tracks by their places. */
+export const placedAll = (all) => all.map((one) => ({ ...one, hertz: place(one.hertz), sigma: Math.abs(place(one.sigma)) }));
+
+/** A place with its unit, for axes that reach so far: 18.2 kHz. Cycles per sample have none. */
+export function along(value, step, most) {
+  if (units.speed) return `${signed(value.toFixed(places(step)))} m/s`;
   if (!units.known) return signed(value.toFixed(places(step)));
   const [scale, unit] = most >= 1e6 ? [1e6, "MHz"] : most >= 8e3 ? [1e3, "kHz"] : [1, "Hz"];
   return `${signed((value / scale).toFixed(places(step / scale)))} ${unit}`;

@@ -1,7 +1,8 @@
 //! A recording that was dropped on the page, block by block as `picket analyze` takes it.
 
 use crate::answer::Answer;
-use crate::settings::{Kind, Settings};
+use crate::length::LENGTHS;
+use crate::settings::Settings;
 use crate::station::Station;
 use crate::unfit::{Tally, Unfit};
 use picket_dsp::acquire::codes::Codes;
@@ -19,32 +20,32 @@ pub struct File {
     pub knows_rate: bool,
     /// What was assumed, in a line; empty where nothing was.
     pub assumed: String,
+    /// Samples of a record, if the recording has separate ones; 0 if not.
+    pub row: usize,
     number: u32,
     tally: Tally,
 }
 
 impl File {
-    /// Opens the bytes of a file of this name. The settings take the recording's rate and kind.
+    /// A recording by blocks. The settings take its rate and kind, and of a row of records their length.
     ///
     /// # Errors
-    /// It cannot be read or measured; the sentence says what to do.
-    pub fn open(name: &str, bytes: Vec<u8>, settings: &mut Settings) -> Result<Self, String> {
-        let recording = Recording::from_bytes(Path::new(name), bytes, options(settings))
-            .map_err(|error| sentence(name, &error))?;
-        if let Some(clock) = recording.clock().filter(|clock| clock.walk_s > 0.0) {
-            let share = 100.0 * clock.share(settings.n);
-            return Err(format!(
-                "{name}: the samples are not even in time: over a block the rate is off by {share:.2} % and unknown, more than sigma covers. Sample by a timer, or type a rate to take them as even."
-            ));
-        }
+    /// It cannot be measured; the sentence says what to do.
+    pub fn of(recording: Recording, settings: &mut Settings) -> Result<Self, String> {
         let knows_rate = recording.knows_rate();
         let assumed = recording.assumed().map(|assumed| on_the_page(&assumed)).unwrap_or_default();
         (settings.rate_hz, settings.iq) = (recording.rate_hz(), recording.iq());
-        settings.kind = Kind::Tone;
+        settings.of_file();
+        // A block of each record of their own, where one fits.
+        let row = recording.row().and_then(|row| usize::try_from(row).ok());
+        let fits = row.and_then(|row| LENGTHS.into_iter().rfind(|&n| n <= row));
+        let hop = row.filter(|_| fits.is_some());
+        settings.n = fits.map_or(settings.n, |fits| settings.n.min(fits));
         let station = Station::new(settings)?;
-        let blocks = recording.blocks(settings.n, settings.n, 0);
+        let blocks = recording.blocks(settings.n, hop.unwrap_or(settings.n), 0);
         let (number, tally) = (0, Tally::default());
-        Ok(File { blocks, settings: *settings, station, knows_rate, assumed, number, tally })
+        let row = row.unwrap_or(0);
+        Ok(File { blocks, settings: *settings, station, knows_rate, assumed, row, number, tally })
     }
 
     /// The answer to the next block or sum; `None` at the end.
@@ -58,7 +59,7 @@ impl File {
             let block = self.blocks.next_block().map_err(|error| sentence(&name, &error))?;
             let Some((start, samples)) = block else {
                 let none = self.tally.left_out() == self.tally.blocks;
-                return if none { Err(self.cure(codes)) } else { Ok(None) };
+                return if none { Err(self.tally.sentence(codes)) } else { Ok(None) };
             };
             let unfit = Unfit::of(samples, codes);
             self.tally.add(unfit);
@@ -76,16 +77,37 @@ impl File {
             }
         }
     }
+}
 
-    fn cure(&self, codes: Codes) -> String {
+impl Tally {
+    /// What is to be done where every block was left out.
+    pub fn sentence(&self, codes: Codes) -> String {
         let (low, high) = codes.rails();
-        match self.tally.most() {
+        match self.most() {
             Unfit::Beyond => format!(
                 "Samples lie beyond {low} to {high} in every block: choose wider codes, or a smaller scale."
             ),
             Unfit::Quiet => {
                 "The samples are too small for integers: choose a larger scale.".to_owned()
             }
+        }
+    }
+}
+
+/// The recording in the bytes of a file of this name.
+///
+/// # Errors
+/// It cannot be read; the sentence says what to do.
+pub fn recording(name: &str, bytes: Vec<u8>, settings: &Settings) -> Result<Recording, String> {
+    let recording = Recording::from_bytes(Path::new(name), bytes, options(settings))
+        .map_err(|error| sentence(name, &error))?;
+    match recording.clock().filter(|clock| clock.walk_s > 0.0) {
+        None => Ok(recording),
+        Some(clock) => {
+            let share = 100.0 * clock.share(settings.n);
+            Err(format!(
+                "{name}: the samples are not even in time: over a block the rate is off by {share:.2} % and unknown, more than sigma covers. Sample by a timer, or type a rate to take them as even."
+            ))
         }
     }
 }
@@ -106,7 +128,7 @@ fn options(settings: &Settings) -> Options {
 }
 
 /// What is wrong with a recording, and what to do about it on the page.
-fn sentence(name: &str, error: &RecordingError) -> String {
+pub fn sentence(name: &str, error: &RecordingError) -> String {
     use RecordingError::*;
     match error {
         Empty(_) => format!("{name} holds no samples."),
@@ -150,8 +172,14 @@ fn sentence(name: &str, error: &RecordingError) -> String {
 }
 
 /// A sentence of the reader in which options of a command line have the names of the page's fields.
-fn on_the_page(words: &str) -> String {
-    const NAMES: [(&str, &str); 10] = [
+pub fn on_the_page(words: &str) -> String {
+    const NAMES: [(&str, &str); 16] = [
+        ("--period-s says", "Period says"),
+        ("--guard-s says", "Begins at says"),
+        ("--velocity-mps says otherwise", "no bounds are told"),
+        ("give a longer --chirp-s, or --n 64", "type a longer ramp"),
+        ("narrow --velocity-mps, or ", ""),
+        ("--axes", "axes"),
         ("by --channel", "under Channel"),
         ("by --column", "under Channel"),
         ("--channel chooses", "Channel chooses"),

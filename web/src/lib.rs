@@ -9,7 +9,12 @@ pub mod check;
 #[path = "../../host/src/device.rs"]
 pub mod device;
 pub mod file;
+pub mod frames;
+#[path = "../../host/measure/src/length.rs"]
+pub mod length;
 pub mod page;
+#[path = "../../host/measure/src/analyze/radar.rs"]
+pub mod radar;
 pub mod record;
 pub mod row;
 pub mod scene;
@@ -125,6 +130,12 @@ pub extern "C" fn picket_spectrum() {
     page(Page::spectrum)
 }
 
+/// Leaves the map of the last frame of chirps, see [`frames::Frames::map`].
+#[unsafe(no_mangle)]
+pub extern "C" fn picket_map() {
+    page(Page::map)
+}
+
 /// Leaves the samples of the block that the spectrum is of, two codes each, as bytes, and as numbers what the tones' module is
 /// told of them.
 #[unsafe(no_mangle)]
@@ -150,7 +161,8 @@ pub extern "C" fn picket_tracks() {
     page(Page::tracks)
 }
 
-/// Leaves the settings in use: N, I/Q, rate, kind, full scale, whether the rate is known; records, missing, damaged frames, raw blocks of a board.
+/// Leaves the settings in use: N, I/Q, rate, kind, full scale, whether the rate is known, metres per second of a hertz or 0, samples of a
+/// record of its own or 0, whether targets of frames are measured; records, missing, damaged frames, raw blocks of a board.
 #[unsafe(no_mangle)]
 pub extern "C" fn picket_state() {
     page(Page::state)

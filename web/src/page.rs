@@ -2,7 +2,8 @@
 
 use crate::answer::Answer;
 use crate::board::Board;
-use crate::file::File;
+use crate::file::{self, File};
+use crate::frames::Frames;
 use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::station::{Picture, Station};
@@ -17,6 +18,8 @@ enum Source {
     Station(Box<Station>),
     /// A recording.
     File(Box<File>),
+    /// A recording of frames of chirps.
+    Frames(Box<Frames>),
     /// A board.
     Board(Box<Board>),
 }
@@ -56,7 +59,7 @@ impl Page {
 
     fn station(&mut self) -> Option<&mut Station> {
         match &mut self.source {
-            Source::None => None,
+            Source::None | Source::Frames(_) => None,
             Source::Station(station) => Some(station),
             Source::File(file) => Some(&mut file.station),
             Source::Board(board) => board.station.as_mut(),
@@ -139,12 +142,18 @@ impl Page {
         let mut bytes = std::mem::take(&mut self.inbox);
         let contents = bytes.split_off(name.min(bytes.len()));
         let name = String::from_utf8_lossy(&bytes).into_owned();
-        let opened = File::open(&name, contents, &mut self.settings);
+        let settings = &mut self.settings;
+        let opened = file::recording(&name, contents, settings)
+            .and_then(|recording| Frames::of(recording, settings))
+            .and_then(|frames| match frames {
+                Ok(frames) => Ok((frames.assumed.clone(), Source::Frames(Box::new(frames)))),
+                Err(recording) => File::of(recording, settings)
+                    .map(|file| (file.assumed.clone(), Source::File(Box::new(file)))),
+            });
         match opened {
             Err(sentence) => self.said(Err(sentence)),
-            Ok(file) => {
-                self.text = file.assumed.clone().into_bytes();
-                self.source = Source::File(Box::new(file));
+            Ok((assumed, source)) => {
+                (self.text, self.source) = (assumed.into_bytes(), source);
                 true
             }
         }
@@ -152,10 +161,14 @@ impl Page {
 
     pub(crate) fn read(&mut self, blocks: u32) -> bool {
         self.numbers.clear();
-        let Source::File(file) = &mut self.source else { return false };
         for _ in 0..blocks {
-            match file.next_block() {
-                Ok(Some(row)) => row.put(&mut self.numbers),
+            let rows = match &mut self.source {
+                Source::File(file) => file.next_block().map(|row| row.map(|row| vec![row])),
+                Source::Frames(frames) => frames.next_frame(),
+                _ => return false,
+            };
+            match rows {
+                Ok(Some(rows)) => rows.iter().for_each(|row| row.put(&mut self.numbers)),
                 Ok(None) => {
                     self.said(Ok(()));
                     return false;
@@ -197,6 +210,13 @@ impl Page {
         self.picture = picture;
     }
 
+    pub(crate) fn map(&mut self) {
+        self.numbers.clear();
+        if let Source::Frames(frames) = &self.source {
+            self.numbers.extend(frames.map());
+        }
+    }
+
     pub(crate) fn shown(&mut self) {
         let mut bytes = std::mem::take(&mut self.text);
         bytes.clear();
@@ -236,7 +256,11 @@ impl Page {
         let Settings { n, iq, rate_hz, kind, .. } = self.settings;
         let full = self.settings.full_scale();
         let known = !matches!(&self.source, Source::File(file) if !file.knows_rate);
-        self.numbers = vec![n as f64, iq.into(), rate_hz, f64::from(kind as u8), full, known.into()];
+        let speed = if known { self.settings.speed() } else { 0.0 };
+        self.numbers = vec![n as f64, iq.into(), rate_hz, f64::from(kind as u8), full];
+        let row = if let Source::File(file) = &self.source { file.row } else { 0 };
+        let frames = matches!(self.source, Source::Frames(_));
+        self.numbers.extend([known.into(), speed, row as f64, frames.into()]);
         if let Source::Board(board) = &self.source {
             let counts = [board.listener.records, board.listener.missing, board.listener.bad];
             self.numbers.extend(counts.map(|count| count as f64));

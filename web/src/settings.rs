@@ -1,7 +1,7 @@
 //! What the page has set, by name, and the configuration that follows from it.
 
 use picket_dsp::acquire::codes::Codes;
-use picket_dsp::config::{Config, Following, Scene};
+use picket_dsp::config::{Config, Following, SPEED_OF_LIGHT, Scene};
 use picket_dsp::solve::chirp::{Mixing, Shape};
 use picket_dsp::solve::equations::Chirp;
 use picket_recording::{Converter, Format};
@@ -69,6 +69,20 @@ pub struct Settings {
     pub scale: f64,
     /// The rate, Hz, of a file that does not know its own; 0 where nothing is said.
     pub file_rate_hz: f64,
+    /// The carrier, Hz, of a file of a Doppler radar; 0 where nothing is said.
+    pub carrier_hz: f64,
+    /// What the ramps of a file sweep, Hz, how long, from one to the next, s, and how many make a frame; 0 where nothing is said.
+    pub file_bandwidth_hz: f64,
+    /// See there.
+    pub chirp_s: f64,
+    /// See there.
+    pub period_s: f64,
+    /// See there.
+    pub chirps: usize,
+    /// From a ramp's start to its record's first sample, s; 0 where nothing is said.
+    pub guard_s: f64,
+    /// The velocities that its targets may have, m/s; nothing said where both are 0.
+    pub velocity_mps: (f64, f64),
     /// The channel of a file, from 1, and the one that is Q; 0 where nothing is said.
     pub channel: (usize, usize),
 }
@@ -91,6 +105,13 @@ impl Default for Settings {
             converter: Converter { bits: 12, unsigned: false },
             scale: 0.0,
             file_rate_hz: 0.0,
+            carrier_hz: 0.0,
+            file_bandwidth_hz: 0.0,
+            chirp_s: 0.0,
+            period_s: 0.0,
+            chirps: 0,
+            guard_s: 0.0,
+            velocity_mps: (0.0, 0.0),
             channel: (0, 0),
         }
     }
@@ -119,6 +140,14 @@ impl Settings {
             "format" => self.format = FORMATS.get((value as usize).wrapping_sub(1)).copied(),
             "scale" => self.scale = value,
             "file_rate_hz" => self.file_rate_hz = value,
+            "carrier_hz" => self.carrier_hz = value,
+            "file_bandwidth_hz" => self.file_bandwidth_hz = value,
+            "chirp_s" => self.chirp_s = value,
+            "period_s" => self.period_s = value,
+            "chirps" => self.chirps = value as usize,
+            "guard_s" => self.guard_s = value,
+            "velocity_low_mps" => self.velocity_mps.0 = value,
+            "velocity_high_mps" => self.velocity_mps.1 = value,
             "channel" => self.channel.0 = value as usize,
             "channel_q" => self.channel.1 = value as usize,
             "kind" => {
@@ -141,6 +170,21 @@ impl Settings {
             _ => return false,
         }
         true
+    }
+
+    /// Takes the kind of a file's target from its carrier.
+    pub fn of_file(&mut self) {
+        self.kind = if self.carrier_hz > 0.0 { Kind::Doppler } else { Kind::Tone };
+        if self.kind == Kind::Doppler {
+            self.wavelength_m = SPEED_OF_LIGHT / self.carrier_hz;
+        }
+    }
+
+    /// The metres per second of a hertz of a Doppler shift, negative where approaching lowers it; 0 of other kinds.
+    pub fn speed(&self) -> f64 {
+        let mixing = self.mixing.unwrap_or(Mixing::RxConjTx);
+        let sign = if self.iq { -f64::from(mixing.sign()) } else { 1.0 };
+        if self.kind == Kind::Doppler { sign * (self.wavelength_m / 2.0) } else { 0.0 }
     }
 
     /// The library's configuration.

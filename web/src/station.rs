@@ -205,6 +205,13 @@ impl Station {
         Answer::of(measurement, self.terms.n as usize, self.terms.iq, self.terms.rate_hz)
     }
 
+    /// The spectrum of a record; what its samples lack reads zero.
+    pub fn view(&mut self, samples: &[[i16; 2]]) -> View<'_> {
+        let mut samples = samples.to_vec();
+        samples.resize(self.terms.n as usize, [0; 2]);
+        self.bench.view(&record(self.terms.iq, &samples))
+    }
+
     /// The tracks of a segment: number, frequency in Hz, sigma in Hz, blocks since it was seen; held ones alone.
     pub fn tracks(&self, segment: Segment, into: &mut Vec<f64>) {
         let rate_hz = self.terms.rate_hz;

@@ -8,9 +8,11 @@ use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::harmonic::Harmonic;
 use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_dsp::tone::{Tone, Verdict};
+use picket_simulator::{Run, Scene};
 use picket_wire::fundamental::Fundamental;
 use picket_wire::lines::Lines;
 use picket_wire::status::Raw;
+use serde_json::json;
 use std::fs;
 use std::path::PathBuf;
 
@@ -108,6 +110,37 @@ pub fn session() -> std::vec::Vec<u8> {
     bytes
 }
 
+/// Samples of a chirp's record, and the chirps of two frames.
+pub const RECORD: usize = 256;
+/// See there.
+pub const CHIRPS: usize = 128;
+
+/// A radar at 77 GHz in front of two targets, at levels that no chirp shows.
+pub fn radar() -> Run {
+    let target = |range_m: f64, velocity_mps: f64, amplitude: f64| json!({"target": {"range_m": range_m, "velocity_mps": velocity_mps, "amplitude": amplitude, "phase_turns": 0}});
+    let scene = json!({
+        "seed": 66, "rate_hz": 2.56e6, "seconds": (CHIRPS + 1) as f64 * 120e-6,
+        "waveform": {"shape": "sawtooth", "carrier_hz": 77e9, "bandwidth_hz": 306e6, "ramp_s": 102e-6, "guard_s": 2e-6,
+            "period_s": 120e-6, "samples": RECORD},
+        "sources": [target(18.0, 3.0, 60.0), target(24.0, -5.0, 30.0)],
+        "receiver": {"iq": true, "noise": {"snr_db": -8.0}},
+    });
+    serde_json::from_value::<Scene>(scene).unwrap().run(0).unwrap()
+}
+
+/// What it records, as an array of two frames of complex numbers.
+fn cube() -> std::vec::Vec<u8> {
+    let header = format!(
+        "{{'descr': '<c8', 'fortran_order': False, 'shape': (2, {}, {RECORD}), }}\n",
+        CHIRPS / 2
+    );
+    let mut run = radar();
+    let codes = (0..CHIRPS).flat_map(|index| run.record(index, RECORD)).flatten();
+    let data = codes.flat_map(|code| f32::from(code).to_le_bytes()).collect::<std::vec::Vec<u8>>();
+    [b"\x93NUMPY\x01\x00", &(header.len() as u16).to_le_bytes()[..], header.as_bytes(), &data]
+        .concat()
+}
+
 /// A folder with all of it.
 pub fn inputs() -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("page");
@@ -119,6 +152,7 @@ pub fn inputs() -> PathBuf {
     write("good-tone.wav", &wav(1, &real));
     write("good-iq.i16", &bytes_of(&iq));
     write("two-channels.wav", &wav(2, &iq));
+    write("cube.npy", &cube());
     let lines: String = real.iter().take(20_000).map(|sample| format!("{sample}\n")).collect();
     write("good-column.csv", lines.as_bytes());
     let whole = wav(1, &real);
@@ -129,7 +163,8 @@ pub fn inputs() -> PathBuf {
     write("bare.i16", &bytes_of(&real[..30_000]));
     // Codes of 12 bits that count from 0, and floats whose name tells nothing.
     let codes = |&x: &i16| ((i32::from(x) >> 5) + 2048) as u16;
-    let adc: std::vec::Vec<u8> = real[..30_000].iter().map(codes).flat_map(u16::to_le_bytes).collect();
+    let adc: std::vec::Vec<u8> =
+        real[..30_000].iter().map(codes).flat_map(u16::to_le_bytes).collect();
     write("bare-adc.u16", &adc);
     let floats = real[..30_000].iter().map(|&x| f32::from(x) / 32768.0);
     write("bare.dat", &floats.flat_map(f32::to_le_bytes).collect::<std::vec::Vec<u8>>());

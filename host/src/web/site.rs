@@ -11,7 +11,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// The files of the page beside its modules, and what they are.
-pub const FILES: [(&str, &str); 17] = [
+pub const FILES: [(&str, &str); 18] = [
     ("index.html", HTML),
     ("style.css", CSS),
     ("icon.svg", "image/svg+xml"),
@@ -21,6 +21,7 @@ pub const FILES: [(&str, &str); 17] = [
     ("waterfall.js", SCRIPT),
     ("controls.js", SCRIPT),
     ("sources.js", SCRIPT),
+    ("map.js", SCRIPT),
     ("microphone.js", SCRIPT),
     ("design.js", SCRIPT),
     ("save.js", SCRIPT),
