@@ -59,7 +59,8 @@ impl Frames {
         let guard_s = given(settings.guard_s);
         let chirps = (settings.chirps > 0).then_some(settings.chirps);
         let (rate_hz, iq) = (recording.rate_hz(), recording.iq());
-        let ramps = radar.ramps(&recording, None, period_s, false).map_err(|error| told_so(&error))?;
+        let ramps =
+            radar.ramps(&recording, None, period_s, false).map_err(|error| told_so(&error))?;
         let layout = radar.layout(&recording, chirps, period_s).ok_or(
             "There are fewer than 8 chirps in a frame: type under Chirps how many make one, 8, 16, ... 256.",
         )?;
@@ -73,8 +74,12 @@ impl Frames {
         let plan = radar
             .plan(rate_hz, (ramps.n, iq), &chirp, &layout, None, None)
             .map_err(|error| told_so(&error))?;
-        let assumed =
-            layout.assumed(&recording, &ramps, &chirp, [period_s.is_some(), guard_s.is_some(), radar.velocity_mps.is_some()]);
+        let assumed = layout.assumed(
+            &recording,
+            &ramps,
+            &chirp,
+            [period_s.is_some(), guard_s.is_some(), radar.velocity_mps.is_some()],
+        );
         (settings.rate_hz, settings.iq, settings.n) = (rate_hz, iq, ramps.n);
         (settings.kind, settings.sum) = (Kind::Tone, 1);
         let station = Station::new(&Settings { band_hz: (0.0, 0.0), ..*settings })?;
