@@ -201,7 +201,7 @@ fn calibrated_by_a_known_range() {
     refused(ANALYZE, &[&[&known[..]], &RADAR[..], &told[..]].concat(), "--force");
     refused(ANALYZE, &[&[&known[..]], &RADAR[..], &["--known-m", "x"]].concat(), "give metres");
     let none = file("none.json", b"{}");
-    let no = ["--phase", "--calibration", &none];
+    let no = ["--period-s", "120e-6", "--phase", "--calibration", &none];
     refused(ANALYZE, &[&[&other[..]], &RADAR[..], &no[..]].concat(), "no calibration");
 }
 
@@ -219,8 +219,10 @@ fn a_target_outside_the_bounds_is_no_answer() {
     let within = bounded("--velocity-mps=-4:4");
     assert!(within.len() == 1 && within[0]["verdict"] == "good", "{within:?}");
     assert!((number(&within[0], "velocity_mps") - 3.0).abs() < 0.05, "{within:?}");
-    let wide = ["--velocity-mps=-300:300"];
+    let wide = ["--period-s", "120e-6", "--velocity-mps=-300:300"];
     refused(ANALYZE, &[&[&path[..]], &RADAR[..], &wide[..]].concat(), "aliases");
+    // An array does not say how long its chirps pause.
+    refused(ANALYZE, &[&[&path[..]], &RADAR[..]].concat(), "--period-s");
 }
 
 /// A plate that swings by 20 um at 100 Hz, and drifts.

@@ -49,10 +49,10 @@ pub fn run(
         let there = layout.together;
         return Err(format!("the recording has {there} chirps together: give fewer --chirps"));
     }
-    let (row, ramp) = (recording.row().unwrap_or(0), radar.chirp_s * recording.rate_hz());
-    if told.period_s.is_none() && row as f64 > ramp + 1.0 {
+    if told.period_s.is_none() && recording.row().is_some() {
         return Err(format!(
-            "a record has {row} samples and a ramp {ramp:.0}: chirps pause, and velocities need the time from one's start to the next's, --period-s"
+            "an array does not say how long its chirps pause, and velocities need the time from one's start to the next's: add --period-s, {} if they do not pause",
+            radar.chirp_s
         ));
     }
     let is_told = [told.period_s.is_some(), told.guard_s.is_some(), radar.velocity_mps.is_some()];
