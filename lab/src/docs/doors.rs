@@ -161,7 +161,7 @@ const FEATURES: &[Feature] = &[
         page: &[],
     },
     Feature {
-        name: "the sample clock against another",
+        name: "the clock error by another clock",
         library: "acquire::rate_check::RateCheck",
         tool: &[],
         python: &[],
@@ -170,7 +170,7 @@ const FEATURES: &[Feature] = &[
         page: &[],
     },
     Feature {
-        name: "the sample clock by a known tone",
+        name: "the clock error by a known tone",
         library: "Tone::hertz",
         tool: &["calibrate", "analyze --reference"],
         python: &[],
