@@ -173,9 +173,10 @@ pub fn sentence(name: &str, error: &RecordingError) -> String {
 
 /// A sentence of the reader in which options of a command line have the names of the page's fields.
 pub fn on_the_page(words: &str) -> String {
-    const NAMES: [(&str, &str); 16] = [
+    const NAMES: [(&str, &str); 17] = [
         ("--period-s says", "Period says"),
         ("--guard-s says", "Begins at says"),
+        ("add --period-s", "type it under Period"),
         ("--velocity-mps says otherwise", "no bounds are told"),
         ("give a longer --chirp-s, or --n 64", "type a longer ramp"),
         ("narrow --velocity-mps, or ", ""),

@@ -61,6 +61,7 @@ impl Frames {
         let (rate_hz, iq) = (recording.rate_hz(), recording.iq());
         let ramps =
             radar.ramps(&recording, None, period_s, false).map_err(|error| told_so(&error))?;
+        radar.check_period(&recording, period_s).map_err(|error| told_so(&error))?;
         let layout = radar.layout(&recording, chirps, period_s).ok_or(
             "There are fewer than 8 chirps in a frame: type under Chirps how many make one, 8, 16, ... 256.",
         )?;

@@ -49,12 +49,7 @@ pub fn run(
         let there = layout.together;
         return Err(format!("the recording has {there} chirps together: give fewer --chirps"));
     }
-    if told.period_s.is_none() && recording.row().is_some() {
-        return Err(format!(
-            "an array does not say how long its chirps pause, and velocities need the time from one's start to the next's: add --period-s, {} if they do not pause",
-            radar.chirp_s
-        ));
-    }
+    radar.check_period(&recording, told.period_s)?;
     let is_told = [told.period_s.is_some(), told.guard_s.is_some(), radar.velocity_mps.is_some()];
     let assumed = layout.assumed(&recording, ramps, &chirp, is_told);
     let assumed = format!("{}: {assumed}", crate::cli::name(file));

@@ -114,6 +114,20 @@ impl Radar {
         ))
     }
 
+    /// Whether the time from one chirp's start to the next's is known, with which velocities go.
+    ///
+    /// # Errors
+    /// It is not told, and an array does not have it.
+    pub fn check_period(&self, recording: &Recording, period_s: Option<f64>) -> Result<(), String> {
+        if period_s.is_some() || recording.row().is_none() {
+            return Ok(());
+        }
+        Err(format!(
+            "an array does not say how long its chirps pause, and velocities need the time from one's start to the next's: add --period-s, {} s if they do not pause",
+            self.chirp_s
+        ))
+    }
+
     /// The waveform, whose records begin where they lie in the recording's ramps or where that is told, with this curvature of its sweep.
     pub fn chirp(
         &self,
