@@ -68,6 +68,13 @@ async function measured(page) {
   await drawn(page);
 }
 
+/** Acts, and waits for what is measured then: what was measured before is not read again. */
+async function measuredAfter(page, act) {
+  await page.evaluate(() => { document.querySelector("#file-name").textContent = ""; });
+  await act();
+  await measured(page);
+}
+
 /** Drops a file on the page as a person does; it may have another name there. */
 const drop = (page, name, title = name) => page.evaluate(([title, base64]) => {
   const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
@@ -392,9 +399,7 @@ async function explained() {
     await slide(page, "file_rate_hz", name.endsWith(".wav") ? "" : 48000);
     if (name.includes("iq")) await page.check("#iq");
     else await page.uncheck("#iq");
-    await page.evaluate(() => { document.querySelector("#file-name").textContent = ""; });
-    await drop(page, name);
-    await measured(page);
+    await measuredAfter(page, () => drop(page, name));
     await page.click("#verdict");
     await page.waitForSelector("#why:not([hidden])");
     files.push({ file: name, ...await why(page) });
@@ -416,9 +421,7 @@ async function strange() {
   const seen = [];
   await page.keyboard.press("2");
   for (const name of ["good-tone.wav", "bad-short.wav", "bad-name.xyz"]) {
-    await page.evaluate(() => { document.querySelector("#file-name").textContent = ""; });
-    await drop(page, name, title);
-    await measured(page);
+    await measuredAfter(page, () => drop(page, name, title));
     seen.push([await page.locator("#file-name").textContent(), (await answer(page)).notice]);
   }
   await page.waitForTimeout(200);
@@ -434,17 +437,13 @@ async function files() {
     await slide(page, "file_rate_hz", name.endsWith(".wav") ? "" : 48000);
     if (name.includes("iq")) await page.check("#iq");
     else await page.uncheck("#iq");
-    await page.evaluate(() => { document.querySelector("#file-name").textContent = ""; });
-    await drop(page, name);
-    await measured(page);
+    await measuredAfter(page, () => drop(page, name));
     tell("file", { errors, file: name, ...await answer(page), json: (await saved(page, "json")).toString() });
   }
   await page.uncheck("#iq");
   await slide(page, "file_rate_hz", "");
   for (const name of readdirSync(inputs).filter((file) => file.startsWith("bad-"))) {
-    await page.evaluate(() => { document.querySelector("#file-name").textContent = ""; });
-    await page.setInputFiles("#file", { name, mimeType: "", buffer: input(name) });
-    await measured(page);
+    await measuredAfter(page, () => page.setInputFiles("#file", { name, mimeType: "", buffer: input(name) }));
     tell("bad", { errors, file: name, ...await answer(page) });
   }
   // Nothing is broken by any of them.
@@ -461,13 +460,9 @@ async function bare() {
   const told = [["bare.i16", {}], ["bare.i16", { file_rate_hz: 48000 }], ["bare-adc.u16", { bits: -12 }], ["bare.dat", { format: 6 }], ["bare.i16", { file_rate_hz: 48000, carrier_hz: 24.125 }]];
   for (const [file, fields] of told) {
     for (const [name, value] of Object.entries({ file_rate_hz: "", carrier_hz: "", bits: 16, format: 0 })) await slide(page, name, value);
-    await page.evaluate(() => { document.querySelector("#file-name").textContent = ""; });
-    await drop(page, file);
-    await measured(page);
+    await measuredAfter(page, () => drop(page, file));
     for (const [name, value] of Object.entries(fields)) {
-      await page.evaluate(() => { document.querySelector("#file-name").textContent = ""; });
-      await slide(page, name, value);
-      await measured(page);
+      await measuredAfter(page, () => slide(page, name, value));
     }
     const asked = await page.evaluate(() => {
       const [said, rate] = ["#asked", "#file_rate_hz"].map((name) => document.querySelector(name));
@@ -490,9 +485,7 @@ async function frames() {
   const before = await answer(page);
   const radar = { file_rate_hz: 2560000, carrier_hz: 77, file_bandwidth_hz: 306, guard_s: 2, period_s: 120, velocity_low_mps: -8, velocity_high_mps: 8, chirp_s: 102 };
   for (const [name, value] of Object.entries(radar)) {
-    await page.evaluate(() => { document.querySelector("#file-name").textContent = ""; });
-    await slide(page, name, value);
-    await measured(page);
+    await measuredAfter(page, () => slide(page, name, value));
   }
   const read = () => page.evaluate(() => ({
     file: document.querySelector("#file-name").textContent, map: document.querySelector("#map canvas").ariaLabel, key: document.querySelector("#map-key").textContent,
@@ -529,9 +522,7 @@ async function choices() {
   const { notice } = await answer(page);
   for (const [channel, q, rate] of [[2, "", ""], [1, "", 96000], [2, 1, ""]]) {
     for (const [name, value] of [["channel", channel], ["channel_q", q], ["file_rate_hz", rate]]) {
-      await page.evaluate(() => { document.querySelector("#file-name").textContent = ""; });
-      await slide(page, name, value);
-      await measured(page);
+      await measuredAfter(page, () => slide(page, name, value));
     }
     const told = await page.locator("#file_rate_hz").getAttribute("placeholder");
     tell("choice", { errors, file: "two-channels.wav", channel, q, rate, told, wrong: notice, ...await answer(page), json: (await saved(page, "json")).toString() });

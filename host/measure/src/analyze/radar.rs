@@ -231,23 +231,18 @@ impl Layout {
                 self.alias_mps(chirp)
             ),
         };
-        let named = |is_told: bool, option: &str| match is_told {
-            true => String::new(),
-            false => format!(" ({option} says otherwise)"),
-        };
+        let guard = if guard { "" } else { " (--guard-s says otherwise)" };
         let left = match self.together % self.chirps as u64 {
             left @ 1.. if self.together < u64::MAX => format!(", the last {left} are left out"),
             _ => String::new(),
         };
         format!(
-            "{}{} chirps a frame{left}; one each {:.6} us{}; {} samples of a chirp, from {:.3} us into its ramp{}{aliases}",
+            "{}{} chirps a frame{left}; one each {:.6} us{period}; {} samples of a chirp, from {:.3} us into its ramp{guard}{aliases}",
             recording.assumed().map_or(String::new(), |assumed| assumed + "; "),
             self.chirps,
             1e6 * self.period_s,
-            period,
             ramps.n,
             1e6 * chirp.guard_s,
-            named(guard, "--guard-s"),
         )
     }
 }
