@@ -296,7 +296,7 @@ fn worst_block<R: Record>(effort: Effort) -> u64 {
             board.recorded = Some(Vec::new());
             assert!(board.block(&bytes(&codes)).unwrap());
             let record = next_record(&mut board);
-            assert_eq!(record.basis.unwrap().effort, effort.number());
+            assert_eq!(record.basis.unwrap().effort, effort.rounds());
             several::longest_block(&mut board).into()
         });
         Ok(counts.collect())

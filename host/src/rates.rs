@@ -7,7 +7,7 @@ use picket_firmware::{nucleo_f446re, pico};
 use std::fmt;
 
 /// The efforts of [`Rates::always_hz`].
-pub const EFFORTS: [Effort; 2] = [Effort::Look, Effort::One];
+pub const EFFORTS: [Effort; 2] = [Effort::LOOK, Effort::TWO];
 
 /// The highest rates of one kind of record, of those that the board's timers make.
 #[derive(Clone, Copy, Debug, PartialEq)]

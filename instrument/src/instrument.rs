@@ -355,7 +355,7 @@ where
             return;
         }
         let (settings, clock) = (self.boot.settings, self.boot.clock);
-        let effort = self.plan.plan.options.effort.number();
+        let effort = self.plan.plan.options.effort.available().rounds();
         let basis = Some(Basis { settings, clock, effort });
         self.send(port, &Telemetry { measurement, method, health, basis }.to_frame());
         if let Some(sum) = sum {

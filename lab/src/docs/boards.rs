@@ -50,12 +50,12 @@ fn images(_: &Table) -> Lines {
 
 fn blocks(_: &Table) -> Lines {
     let [usual] = measured("board, instructions of a block")?;
-    let [look, one, iq_look, iq_one] =
+    let [look, two, iq_look, iq_two] =
         measured("board, instructions of the worst block that a short search finds")?;
     let mut lines = head("| a block of 1024, instructions of this image | real | I/Q |");
     lines.push(row(["a tone".to_owned(), whole(usual), String::new()]));
-    for (effort, real, iq) in [("look", look, iq_look), ("one", one, iq_one)] {
-        let name = format!("the worst that a short search found, at effort `{effort}`");
+    for (effort, real, iq) in [("0", look, iq_look), ("2", two, iq_two)] {
+        let name = format!("the worst that a short search found, at effort {effort}");
         lines.push(row([name, whole(real), whole(iq)]));
     }
     Ok(lines)
@@ -68,7 +68,7 @@ fn kilohertz(hertz: f64) -> String {
 
 fn rates_of(all: &[Rates]) -> Lines {
     let mut lines = head(
-        "| the highest rate, kS/s | usual blocks | whatever the signal is, `look` | whatever the signal is, `one` |",
+        "| the highest rate, kS/s | usual blocks | whatever the signal is, effort 0 | whatever the signal is, effort 2 |",
     );
     for Rates { kind, usual_hz, always_hz } in all {
         let always =
@@ -160,11 +160,10 @@ fn worst(_: &Table) -> Lines {
     let mut lines = head(
         "| a tone below bin 48 that moves beside a drift | ms | cycles | reserved by the board, cycles |",
     );
-    for (effort, reserved) in
-        ["look", "one"].into_iter().zip(picket_firmware::pico::words::WORST_CYCLES)
+    for (effort, reserved) in ["0", "2"].into_iter().zip(picket_firmware::pico::words::WORST_CYCLES)
     {
         let [ms] = measured(&format!("pico, ms of the longest block at {effort}"))?;
-        let cells = [format!("at effort `{effort}`"), format!("{ms:.3}")];
+        let cells = [format!("at effort {effort}"), format!("{ms:.3}")];
         lines.push(row(cells.into_iter().chain([whole(144e3 * ms), whole(reserved as f64)])));
     }
     Ok(lines)
@@ -198,7 +197,7 @@ fn codes(_: &Table) -> Lines {
 
 fn claims(_: &Table) -> Lines {
     let mut lines = head(
-        "| beside the tone | refused %: look | one | full | refused, right %: look | one | full | usable, off %: look | one | full | sigma: look | one | full |",
+        "| beside the tone | refused %: 0 | 2 | 3 rounds | refused, right %: 0 | 2 | 3 | usable, off %: 0 | 2 | 3 | sigma: 0 | 2 | 3 |",
     );
     let all = figures::read("figures.json")?;
     let names = all.as_object().into_iter().flat_map(|all| all.keys());

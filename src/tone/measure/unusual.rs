@@ -3,13 +3,10 @@
 
 use crate::math::scalar::Scalar as _;
 use crate::methods::registry::Method;
-use crate::model::block;
+use crate::model::{Answer, Cause, block};
 use crate::spectrum::neighbourhood::Neighbourhood;
-use crate::spectrum::view::View;
 use crate::tone::clipped::CensoredFit;
-use crate::tone::close_judgement::chosen;
-use crate::tone::fit::leaked::{Leakage, Nearest};
-use crate::tone::fit::{self, Fit, FitNear, FitStart};
+use crate::tone::fit::{Fit, FitNear, FitStart};
 use crate::tone::line_class::{FitTest, LineClass};
 use crate::tone::noise::ratio;
 use crate::tone::noise::ring::LocalNoise;
@@ -18,28 +15,14 @@ use crate::tone::options::Options;
 use crate::tone::residual::residual;
 use crate::tone::sigma::{self, bound_bins};
 
-/// The noise at an edge: the residual of the fit from five bins off, see [`LocalNoise::on_an_edge`], or the quieter side's noise if a line
-/// makes the edge.
+/// The noise at an edge: the residual of the fit from five bins off, see [`LocalNoise::on_an_edge`].
 #[inline(never)]
-pub(super) fn at_edge(
-    beside: &mut LocalNoise,
-    nearest: Option<&Nearest>,
-    fit: &Fit<f32>,
-    n: usize,
-) -> Leakage {
+pub(super) fn at_edge(beside: &mut LocalNoise, fit: &Fit<f32>, n: usize) {
     /// Degrees of freedom of the bins five to eight off.
     const MIDDLE: f32 = 16.0;
-    /// Another line leaks if a fit without the leakage leaves this many times less.
-    const LEAKED: f32 = 6.0;
-    let mut leakage = Leakage { loud: beside.loud, on_an_edge: true, nine: None };
-    let Some(rest) = rest_from_five(fit, n, MIDDLE) else {
-        return leakage;
-    };
-    leakage.nine = nearest.and_then(|nearest| nearest.nine(fit.offset));
-    let leaks = leakage.nine.is_some_and(|nine| rest > LEAKED * nine.left);
-    leakage.on_an_edge = !leaks;
-    *beside = if leaks { beside.quieter(MIDDLE) } else { beside.on_an_edge(rest, MIDDLE) };
-    leakage
+    if let Some(rest) = rest_from_five(fit, n, MIDDLE) {
+        *beside = beside.on_an_edge(rest, MIDDLE);
+    }
 }
 
 /// The noise power per sample in a fit's residual from five bins off. `free`: degrees of freedom of bins 5 to 8.
@@ -63,50 +46,44 @@ fn rest_from_five(fit: &Fit<f32>, n: usize, free: f32) -> Option<f32> {
     Some(power * (2.0 / n as f32))
 }
 
-/// A line that is no steady tone by the usual fit: the fit with more steps, then the fit with a drift beside the tone, if it is the better
-/// one. `fit` becomes the last of these.
+/// A line that is no steady tone by the usual fit, and that no joint fit will explain: the fit with two more steps, which estimate its end
+/// by a secant.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "one place calls it")]
 pub(super) fn further(
-    view: &View,
     fit_near: FitNear,
     around: &Neighbourhood,
     options: &Options,
-    beside: &LocalNoise,
     fit: &mut Fit<f32>,
     usual: FitTest,
     judged: impl Fn(&Fit<f32>, Step) -> FitTest,
-    observer: impl Tap,
 ) -> FitTest {
-    let (arithmetic, noise) = (options.arithmetic.available(), beside.noise.power);
-    let (reach, course) = (options.reach, FitStart::Further(fit.offset, options.effort.steps()));
-    let Some(more) = fit_near(around, arithmetic, reach, course) else {
-        return usual;
-    };
-    *fit = more;
-    let judgement = judged(fit, Step::Further);
-    observer.judged(&judgement, true);
-    // A steady tone beside a drift is steady.
-    if options.effort.fits_beside_slow()
-        && judgement.line != LineClass::Steady
-        && let Some(other) = fit::fit_beside_slow(view, around, arithmetic, reach, fit, noise)
-    {
-        let beside_slow = judged(&other, Step::BesideDrift);
-        let better = beside_slow.line < judgement.line;
-        observer.judged(&beside_slow, better);
-        if better {
-            *fit = other;
-            return match beside_slow.line {
-                LineClass::Steady => chosen(fit, around.n, beside, beside_slow),
-                _ => beside_slow,
-            };
+    const STEPS: u32 = 2;
+    let course = FitStart::Further(fit.offset, STEPS);
+    match fit_near(around, options.arithmetic.available(), options.reach, course) {
+        Some(more) => {
+            *fit = more;
+            judged(fit, Step::Further)
         }
+        None => usual,
     }
-    judgement
 }
 
-/// The class of a line, its sigma and its noise by the joint fit, whose offset and amplitude `fit` takes over; `None` if the joint fit
-/// does not resolve it, and at any effort but `Full`.
+/// A line by the joint fit.
+pub(super) struct Explained {
+    /// Its class.
+    pub class: LineClass,
+    /// Sigma, bins.
+    pub sigma: f32,
+    /// The noise power per sample.
+    pub noise: f32,
+    /// Whether the line exceeds this noise.
+    pub found: bool,
+    /// The causes that joined the fit, but for the bend of a ramp.
+    pub joined: u8,
+}
+
+/// The joint fit of a line that is not a steady tone, whose offset and amplitude `fit` takes over; `None` if the effort has no round, or
+/// nothing can be fitted.
 #[inline(always)]
 pub(super) fn joint(
     around: &Neighbourhood,
@@ -115,16 +92,25 @@ pub(super) fn joint(
     options: &Options,
     bends: bool,
     observer: impl Tap,
-) -> Option<(LineClass, f32, f32)> {
+) -> Option<Explained> {
     let (threshold, effort) = (options.threshold, options.effort);
-    let (answer, noise) = block::joint(around, fit, ring, threshold, effort, bends)?;
+    let (answer, noise, found) = block::joint(around, fit, ring, threshold, effort, bends)?;
     observer.joint(&answer);
-    if answer.unresolved {
-        return None;
-    }
-    (fit.offset, fit.line) = (answer.offset, answer.line);
-    let class = if answer.moves { LineClass::Moving } else { LineClass::Steady };
-    Some((class, answer.variance.root(), noise))
+    // The phase stays as the fit's changes have it.
+    let grown = (answer.line.norm_sqr() / fit.line.norm_sqr()).root();
+    (fit.offset, fit.line) = (answer.offset, fit.line * grown);
+    let class = match answer {
+        Answer { unresolved: true, .. } => LineClass::Unresolved,
+        Answer { moves: true, .. } => LineClass::Moving,
+        _ => LineClass::Steady,
+    };
+    // A motion bends the phase of a ramp's tone: that is no other line.
+    let bend = if bends { Cause::Bend as usize } else { Cause::ALL.len() };
+    let joined = answer.kept.iter().enumerate().filter(|(cause, _)| *cause != bend);
+    let joined = joined.map(|(_, count)| count).sum();
+    // A line alone is detected by the tests that every line must pass.
+    let found = found && answer.kept.iter().any(|count| *count > 0);
+    Some(Explained { class, sigma: answer.variance.root(), noise, found, joined })
 }
 
 /// Sigma of another method's offset, which `fit` takes over, see [`measure`](super::measure).

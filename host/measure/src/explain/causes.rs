@@ -49,8 +49,6 @@ const fn about(cause: Cause) -> &'static str {
         Cause::Level => "how probable a further change of the level is",
         Cause::Bend => "how probable a further bend of the phase is, as in a sweep",
         Cause::Wander => "how probable a further phase that wanders or jumps is",
-        Cause::Slow => "how probable a further drift or slow hum is",
-        Cause::Leak => "how probable further leakage of lines far away is",
         Cause::Line => "how probable a further line is",
         Cause::Sidebands => "how probable two further lines as far below as above are",
     }

@@ -157,7 +157,6 @@ const fn of_step(step: Step) -> &'static str {
     match step {
         Step::Usual => "usual",
         Step::Further => "more steps",
-        Step::BesideDrift => "beside a drift",
     }
 }
 
