@@ -1,7 +1,7 @@
 //! Changes of the tone, and lines close to it, on the residual of the nine numbers.
 //!
 //! Real and imaginary parts of the residual, turned back by the tone's phase and each order's quarter turns, are changes of the amplitude
-//! and of the phase. A change of the level is a random walk of the amplitude, or one whose orders are smaller once more; a bend is order 2
+//! and of the phase. A change of the level is a random walk of the amplitude, a smoother one, or a slow swing; a bend is order 2
 //! of the phase; a phase that wanders or jumps is a random walk, whose order 1 is frequency; a close line has the moments of its distance.
 
 use super::constants::{CLOSE, DISTANCES, ORDERS, WALK};
@@ -11,7 +11,21 @@ use super::size::Direction;
 use crate::math::scalar::Scalar as _;
 
 /// The smoothnesses of a level.
-pub const SMOOTHS: usize = 2;
+pub const SMOOTHS: usize = 3;
+
+/// The variances of a level by orders: those of a random walk; their squares; and those of a slow swing, whose slope and bow are as large
+/// as each other, and whose further orders fall as the fourth powers.
+pub fn level(smooth: usize) -> [f32; ORDERS] {
+    let [_, bow, ..] = WALK;
+    WALK.map(|walk| match smooth {
+        0 => walk,
+        1 => walk * walk,
+        _ => {
+            let ratio = if walk < bow { walk / bow } else { 1.0 };
+            ratio * ratio * ratio * ratio
+        }
+    })
+}
 
 /// Close lines that are tried.
 pub const PLACES: usize = 2 * DISTANCES.len();
@@ -48,13 +62,14 @@ impl Moments {
     /// A level of each smoothness: its directions, and its variances by orders.
     pub fn levels(&self) -> [[Direction; ORDERS]; SMOOTHS] {
         let mut levels = [[Direction::default(); ORDERS]; SMOOTHS];
-        let [once, twice] = &mut levels;
-        let cells = once.iter_mut().zip(twice).zip(WALK);
-        for (((once, twice), walk), (along, seen)) in
-            cells.zip(self.amplitude.iter().zip(&self.seen))
-        {
-            *once = Direction { along: along * walk.root(), square: walk * seen, pull: 0.0 };
-            *twice = Direction { along: along * walk, square: walk * walk * seen, pull: 0.0 };
+        for (smooth, level) in levels.iter_mut().enumerate() {
+            let sizes = self::level(smooth);
+            for ((direction, size), (along, seen)) in
+                level.iter_mut().zip(sizes).zip(self.amplitude.iter().zip(&self.seen))
+            {
+                *direction =
+                    Direction { along: along * size.root(), square: size * seen, pull: 0.0 };
+            }
         }
         levels
     }

@@ -5,7 +5,7 @@
 //! and variance of the offset.
 
 use super::belief::Belief;
-use super::changes::{Moments, PLACES, SMOOTHS};
+use super::changes::{Moments, PLACES, SMOOTHS, level};
 use super::constants::{CAUSES, EDGE, KEPT_AT, LINES, NOTHING_MORE, ORDERS, PEAKS, WALK};
 use super::envelope::{Near, Term};
 use super::far::{self, INTERVAL, Place, Sidebands, place_prior};
@@ -15,7 +15,6 @@ use super::logarithm::{exp, ln};
 use super::size::{Direction, Ground, Weighed, energy};
 use super::window::Window;
 use crate::math::scalar::{Scalar as _, larger};
-use core::f32::consts::LN_2;
 use num_complex::Complex;
 
 /// A signal that may be there beside a steady tone.
@@ -89,6 +88,9 @@ pub struct Round {
     pub scale: f32,
 }
 
+/// The logarithm of the number of smoothnesses of a level, which are equally probable.
+const LN_3: f32 = 1.098_612_3;
+
 /// A cause whose gain is so far below the best one's is not weighed.
 const BEHIND: f32 = 14.0;
 
@@ -160,7 +162,7 @@ impl Round {
         line: &Place,
         pair: &Sidebands,
     ) -> Self {
-        let level = Belief::any(&levels.map(|level| level.belief.times(-LN_2)));
+        let level = Belief::any(&levels.map(|level| level.belief.times(-LN_3)));
         let mut smooth = 0;
         let mut best = Weighed::NEVER;
         for (number, level) in levels.iter().enumerate() {
@@ -266,8 +268,7 @@ impl Joint<'_> {
         let envelope = &mut self.envelope;
         match joins {
             Joins::Level(variance, smooth) => {
-                for (walk, order) in WALK.into_iter().zip(1..) {
-                    let size = if smooth == 0 { walk } else { walk * walk };
+                for (size, order) in level(smooth).into_iter().zip(1..) {
                     let prior = 1.0 / larger(variance * size, 1e-9);
                     let _ = envelope.terms.push(Term { order, quarter: 0, size: 0.0, prior });
                 }
