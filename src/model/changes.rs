@@ -1,7 +1,7 @@
 //! Changes of the tone, and lines close to it, on the residual of the nine numbers.
 //!
 //! Real and imaginary parts of the residual, turned back by the tone's phase and each order's quarter turns, are changes of the amplitude
-//! and of the phase. A change of the level is a random walk of the amplitude, a smoother one, or a slow swing; a bend is order 2
+//! and of the phase. A change of the level is a random walk of the amplitude, or a smoother one; a bend is order 2
 //! of the phase; a phase that wanders or jumps is a random walk, whose order 1 is frequency; a close line has the moments of its distance.
 
 use super::constants::{CLOSE, DISTANCES, ORDERS, WALK};
@@ -11,19 +11,20 @@ use super::size::Direction;
 use crate::math::scalar::Scalar as _;
 
 /// The smoothnesses of a level.
-pub const SMOOTHS: usize = 3;
+pub const SMOOTHS: usize = 2;
 
-/// The variances of a level by orders: those of a random walk; their squares; and those of a slow swing, whose slope and bow are as large
-/// as each other, and whose further orders fall as the fourth powers.
+/// The variances of a level by orders: those of a random walk, or their squares.
 pub fn level(smooth: usize) -> [f32; ORDERS] {
+    WALK.map(|walk| if smooth == 0 { walk } else { walk * walk })
+}
+
+/// The variances of a slow swing by orders: slope and bow are as large as each other, and further orders fall as the fourth powers of a
+/// random walk's.
+pub fn swing() -> [f32; ORDERS] {
     let [_, bow, ..] = WALK;
-    WALK.map(|walk| match smooth {
-        0 => walk,
-        1 => walk * walk,
-        _ => {
-            let ratio = if walk < bow { walk / bow } else { 1.0 };
-            ratio * ratio * ratio * ratio
-        }
+    WALK.map(|walk| {
+        let ratio = if walk < bow { walk / bow } else { 1.0 };
+        ratio * ratio * ratio * ratio
     })
 }
 

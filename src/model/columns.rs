@@ -70,6 +70,16 @@ pub fn line(window: &Window, offset: f32, columns: &mut Line) {
     }
 }
 
+/// A drift of an I/Q record's mean, of which the bins at 0 Hz tell nothing: a straight one has `1 / k` in bin k, a bent one `1 / k^2`.
+pub fn slow(window: &Window, columns: &mut Line) {
+    for ((cell, i), used) in columns.iter_mut().zip(Window::places()).zip(&window.used) {
+        let k = window.peak.wrapping_add(i);
+        let over = if k == 0 { 0.0 } else { used / k as f32 };
+        let square = over * over;
+        *cell = if k & 1 == 0 { [over, square] } else { [-over, -square] };
+    }
+}
+
 /// The mirror image of a real line at `offset` bins from the window's peak.
 #[inline(never)]
 pub fn image(window: &Window, offset: f32, column: &mut Column) {

@@ -5,6 +5,7 @@
 //! | [`NOTHING_MORE`] | the prior probability that nothing beside the tone is there | `round` |
 //! | [`LOUDER`], [`LOUDER_RANGE`] | the prior that the noise at the tone is louder than the ring's | `leftover` |
 //! | [`KEPT_AT`] | the odds at which a cause joins the fit | `round` |
+//! | [`UNLIKELY`] | the probability below which a loud residual is not called noise | `mod` |
 //! | [`CHANCE`], [`ODD`] | the probability from which noise alone is called impossible, and unlikely | `joint` |
 //! | [`PEAK`] | the probability of a noise peak that is tried as a line | `far` |
 //! | [`NEAR`] | the distance from which another line is no longer a change of the tone | `round` |
@@ -28,6 +29,9 @@ pub const LOUDER_RANGE: f32 = 9.0;
 /// The odds over nothing at which a cause joins the fit. Noise alone reaches them in less than one block of a hundred (Markov's
 /// inequality).
 pub const KEPT_AT: f32 = 100.0;
+
+/// The probability of `nothing more` below which a loud residual that no cause explains is not called noise.
+pub const UNLIKELY: f32 = 0.05;
 
 /// The probability with which noise alone may leave more beside the tone than away from it before the excess is called something other than
 /// noise. In standard deviations of a normal distribution: 1e-6.

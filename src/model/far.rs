@@ -2,7 +2,7 @@
 
 use super::belief::Belief;
 use super::chance;
-use super::columns::{Line, line};
+use super::columns::{Line, line, slow};
 use super::constants::{LENGTHS, LINES, NEAR, PEAK, PEAKS, WIDTH};
 use super::elimination::Taken;
 use super::factor::Factor;
@@ -26,8 +26,21 @@ pub struct Place {
     pub best: f32,
     /// Its strength.
     pub value: Complex<f32>,
-    /// Whether the nine numbers have it.
-    pub close: bool,
+    /// Where it is.
+    pub reach: Reach,
+}
+
+/// Where a line is, seen from the tone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reach {
+    /// So close that the nine numbers have it.
+    Close,
+    /// In the window.
+    Inside,
+    /// Outside the window, which has its leakage alone: of a line far away, or of a drift or slow hum at the end of the spectrum.
+    Outside,
+    /// At 0 Hz of an I/Q record, whose own bin is not used: a drift of the mean.
+    Slow,
 }
 
 impl Place {
@@ -37,7 +50,7 @@ impl Place {
         belief: Belief::NEVER,
         best: f32::NEG_INFINITY,
         value: ZERO,
-        close: false,
+        reach: Reach::Inside,
     };
 }
 
@@ -115,10 +128,31 @@ struct Candidate {
     along: Complex<f32>,
 }
 
+/// Whether the second of two columns explains more of a residual.
+fn bends_more(columns: &Line, left: &Shape) -> bool {
+    let (mut along, mut square) = ([ZERO; 2], [0.0; 2]);
+    for (values, left) in columns.iter().zip(left) {
+        for ((along, square), value) in along.iter_mut().zip(&mut square).zip(values) {
+            *along += left * *value;
+            *square += value * value;
+        }
+    }
+    let ([a, b], [one, other]) = (along.map(|along| along.norm_sqr()), square);
+    b * one > a * other
+}
+
 impl Candidate {
-    fn new(window: &Window, joint: &Joint, at: f32) -> Self {
+    fn new(window: &Window, joint: &Joint, at: f32, reach: Reach) -> Self {
         let mut column = [[0.0; 2]; WIDTH];
-        line(window, at, &mut column);
+        match reach {
+            Reach::Slow => {
+                slow(window, &mut column);
+                if bends_more(&column, &joint.left) {
+                    column.iter_mut().for_each(|[straight, bent]| core::mem::swap(straight, bent));
+                }
+            }
+            _ => line(window, at, &mut column),
+        }
         let mut along = ZERO;
         for ([value, _], left) in column.iter().zip(&joint.left) {
             along += left * *value;
@@ -128,10 +162,13 @@ impl Candidate {
     }
 }
 
-/// Lines at the peaks of the residual, and a pair of sidebands at the largest.
+/// The lines that are tried in a round: at peaks, and outside the window on each side.
+pub const FARS: usize = PEAKS + 2;
+
+/// Lines at the peaks of the residual and outside the window, and a pair of sidebands at the largest peak.
 #[inline(never)]
-pub fn lines(window: &Window, joint: &Joint, ground: &Ground) -> ([Place; PEAKS], Sidebands) {
-    let (mut places, mut pair) = ([Place::NONE; PEAKS], Sidebands::NONE);
+pub fn lines(window: &Window, joint: &Joint, ground: &Ground) -> ([Place; FARS], Sidebands) {
+    let (mut places, mut pair) = ([Place::NONE; FARS], Sidebands::NONE);
     if joint.lines.is_full() {
         return (places, pair);
     }
@@ -140,6 +177,28 @@ pub fn lines(window: &Window, joint: &Joint, ground: &Ground) -> ([Place; PEAKS]
     // The offset that the second whitened order makes.
     let [_, pivot, ..] = joint.from.white.over();
     let slope = pivot * LENGTHS[1] / (PI * larger(joint.envelope.size(), 1e-30));
+    let weigh = |one: &Candidate, distance: f32, prior: f32, reach| {
+        let Candidate { taken, along, .. } = one;
+        let (first, square) = (taken.first(), larger(taken.own, 1e-3));
+        let directions = [
+            Direction {
+                along: along.re,
+                square: larger(taken.own - first * first, 1e-3),
+                pull: first * slope,
+            },
+            Direction { along: along.im, square, pull: 0.0 },
+        ];
+        let Weighed { belief, best, variance } = ground.weigh(&directions, 2.0 * ground.strength);
+        let [re, im] = directions
+            .map(|direction| direction.along * variance / (1.0 + direction.square * variance));
+        Place {
+            distance,
+            belief: belief.times(prior),
+            best: best + prior,
+            value: unit * Complex::new(re, im),
+            reach,
+        }
+    };
     for (number, (cell, peak)) in places.iter_mut().zip(peaks(&joint.left, joint.free)).enumerate()
     {
         let Some(([below, own, above], bin)) = peak else { continue };
@@ -151,36 +210,23 @@ pub fn lines(window: &Window, joint: &Joint, ground: &Ground) -> ([Place; PEAKS]
         if distance.abs() <= NEAR || !window.has(at) {
             continue;
         }
-        let one = Candidate::new(window, joint, at);
-        let Candidate { taken, along, .. } = &one;
-        let (first, square) = (taken.first(), larger(taken.own, 1e-3));
-        let directions = [
-            Direction {
-                along: along.re,
-                square: larger(taken.own - first * first, 1e-3),
-                pull: first * slope,
-            },
-            Direction { along: along.im, square, pull: 0.0 },
-        ];
+        let one = Candidate::new(window, joint, at, Reach::Inside);
         let prior = place_prior(INTERVAL, distance);
-        let Weighed { belief, best, variance } = ground.weigh(&directions, 2.0 * ground.strength);
-        let [re, im] = directions
-            .map(|direction| direction.along * variance / (1.0 + direction.square * variance));
-        *cell = Place {
-            distance,
-            belief: belief.times(prior),
-            best: best + prior,
-            value: unit * Complex::new(re, im),
-            close: false,
-        };
+        *cell = weigh(&one, distance, prior, Reach::Inside);
         if number == 0 && window.has(offset - distance) && joint.lines.len() + 2 <= LINES {
-            let other = Candidate::new(window, joint, offset - distance);
+            let other = Candidate::new(window, joint, offset - distance, Reach::Inside);
             pair = sidebands(ground, &one, &other, slope, 2.0 * ground.strength);
             pair.distance = distance;
             pair.belief = pair.belief.times(prior);
             pair.best += prior;
             pair.values = pair.values.map(|value| unit * value);
         }
+    }
+    for (cell, at) in places.iter_mut().skip(PEAKS).zip(window.outside()) {
+        let Some((at, reach)) = at else { continue };
+        let distance = at - offset;
+        let one = Candidate::new(window, joint, at, reach);
+        *cell = weigh(&one, distance, place_prior(distance.abs(), distance), reach);
     }
     (places, pair)
 }

@@ -8,6 +8,7 @@ use super::columns::{Envelopes, envelopes, image, images};
 use super::constants::{CHANCE, LINES, NEAR, ODD, P, PEAK, WIDTH};
 use super::elimination::{Elimination, Sizes, products};
 use super::envelope::{Envelope, Near, Room};
+use super::far::Reach;
 use super::shape::{NOTHING, Orders, Shape, ZERO, along, energy, inner};
 use super::window::Window;
 use crate::math::scalar::larger;
@@ -23,6 +24,8 @@ pub struct Far {
     pub at: f32,
     /// Its strength.
     pub value: Complex<f32>,
+    /// Where it is. Leakage from outside the window has any mirror image's with it.
+    pub reach: Reach,
 }
 
 /// Orders that count where the tone is steady: as many as show that it is not.
@@ -124,10 +127,15 @@ impl<'a> Joint<'a> {
         for ((line, columns), priors) in
             self.lines.iter().zip(&mut self.from.lines).zip(&mut priors)
         {
-            super::columns::line(self.window, line.at, columns);
             let apart = line.at - offset;
             let power = larger(line.value.norm_sqr(), 1.0);
             *priors = [1.0 / strength, 4.0 / (apart * apart * power)];
+            if line.reach == Reach::Slow {
+                super::columns::slow(self.window, columns);
+                *priors = [1.0 / strength; 2];
+            } else {
+                super::columns::line(self.window, line.at, columns);
+            }
         }
         self.from.eliminate(priors.get(..self.lines.len()).unwrap_or_default());
         self.wide = self.envelope.is_wide();
@@ -164,7 +172,7 @@ impl<'a> Joint<'a> {
             take_image::<3>(bins, images, model);
         }
         let mut column = [0.0; WIDTH];
-        for line in &self.lines {
+        for line in self.lines.iter().filter(|line| line.reach == Reach::Inside) {
             image(window, line.at, &mut column);
             for (bin, image) in bins.iter_mut().zip(&column) {
                 *bin -= line.value.conj() * *image;
@@ -208,9 +216,15 @@ impl<'a> Joint<'a> {
             let (value, slope) = (Complex::new(a, b), Complex::new(c, d));
             let strength = larger(value.norm_sqr(), 1e-30);
             let step = along(slope, value) / strength;
-            matters |= step * step * strength > 0.04;
-            let limit = (0.5 * (line.at - offset).abs()).clamp(0.0, 0.3);
-            *line = Far { at: line.at + within(step, limit), value };
+            matters |= line.reach != Reach::Slow && step * step * strength > 0.04;
+            let apart = (line.at - offset).abs();
+            let at = match line.reach {
+                Reach::Slow => line.at,
+                // Halfway between bins the two columns are two shapes of leakage.
+                Reach::Outside => libm::floorf(line.at + within(step, 0.25 * apart)) + 0.5,
+                _ => line.at + within(step, (0.5 * apart).clamp(0.0, 0.3)),
+            };
+            *line = Far { at, value, ..*line };
         }
         (sizes, matters)
     }
@@ -288,7 +302,8 @@ impl<'a> Joint<'a> {
                 if (at - self.envelope.delta).abs() > BEYOND && !self.lines.is_full() =>
             {
                 self.envelope.near = None;
-                let _ = self.lines.push(Far { at: self.reference + at, value });
+                let _ =
+                    self.lines.push(Far { at: self.reference + at, value, reach: Reach::Inside });
                 true
             }
             _ => false,
@@ -309,6 +324,11 @@ impl<'a> Joint<'a> {
         self.from.whitened(&mut along);
         let five: f32 = along.iter().take(FEW).skip(1).map(|order| order.norm_sqr()).sum();
         five > 5.0 * chance::ratio(ODD, 5.0, ring)
+    }
+
+    /// Whether the residual is larger than noise as loud as the ring's would leave.
+    pub fn is_loud(&self, ring: f32) -> bool {
+        self.energy > self.free * chance::ratio(CHANCE, self.free, ring)
     }
 
     /// Whether the residual is larger near the tone than noise would leave there, given the residual away from it.

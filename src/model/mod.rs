@@ -35,7 +35,7 @@ pub use window::Window;
 use crate::math::scalar::Scalar as _;
 use crate::tone::noise::louder::louder;
 use belief::Belief;
-use constants::{CAUSES, LINES};
+use constants::{CAUSES, LINES, NOTHING_MORE, UNLIKELY};
 use envelope::{Envelope, Near};
 use far::place_prior;
 use joint::Joint;
@@ -119,7 +119,11 @@ pub fn measure(window: &Window, noise: &Noise, offset: f32, most: usize, bends: 
         let Belief { offset, variance, .. } = Belief::any(&[all, rivals]);
         (answer.offset, answer.variance) = (offset, variance);
         (answer.scale, answer.weights) = (round.scale, round.weights());
-        answer.unresolved = round.stays.is_some() || joint.is_lumpy();
+        // Much more than noise is left, noise is an improbable cause of it, and no other cause stands out.
+        let [nothing, ..] = answer.weights;
+        let unlikely = if number == 0 { NOTHING_MORE } else { UNLIKELY };
+        let doubtful = nothing < unlikely && joint.is_loud(noise.dof);
+        answer.unresolved = round.stays.is_some() || doubtful || joint.is_lumpy();
         let Some((cause, odds, joins)) = round.stays else { break };
         let room = LINES - joint.lines.len();
         let needed = match joins {
@@ -181,17 +185,30 @@ fn change(
             joint.fit(4, false);
             energy = joint.energy_of(&joint.envelope);
         }
+        let reference = joint.offset() - joint.envelope.delta;
         let belief = |envelope: &Envelope, energy: f32, prior: f32| {
             let (gain, scale) = round.leftover.less(before - energy);
             Belief {
                 log: gain - envelope.cost + prior,
-                offset: joint.offset() - joint.envelope.delta + envelope.delta,
+                offset: reference + envelope.delta,
                 variance: envelope.variance * scale,
             }
         };
         let prior = if let Joins::Near(distance, _) = joins { density(distance) } else { 0.0 };
-        let one = belief(&two, other, prior);
+        let mut one = belief(&two, other, prior);
         let pair = belief(&joint.envelope, energy, density(apart));
+        if pair.log > one.log && cause == Cause::Level {
+            // A level that swings slowly looks like two lines at a fraction of a bin.
+            core::mem::swap(&mut joint.envelope, &mut two);
+            joint.envelope.swings();
+            joint.fit(2, false);
+            let energy = joint.energy_of(&joint.envelope);
+            core::mem::swap(&mut joint.envelope, &mut two);
+            let swing = belief(&two, energy, 0.0);
+            if swing.log > one.log {
+                one = swing;
+            }
+        }
         if pair.log > one.log {
             *rivals = Belief::any(&[*rivals, one.times(-pair.log)]);
             cause = Cause::Line;

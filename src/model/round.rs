@@ -5,16 +5,17 @@
 //! and variance of the offset.
 
 use super::belief::Belief;
-use super::changes::{Moments, PLACES, SMOOTHS, level};
-use super::constants::{CAUSES, EDGE, KEPT_AT, LINES, NOTHING_MORE, ORDERS, PEAKS, WALK};
-use super::envelope::{Near, Term};
-use super::far::{self, INTERVAL, Place, Sidebands, place_prior};
+use super::changes::{Moments, PLACES, SMOOTHS, level, swing};
+use super::constants::{CAUSES, EDGE, KEPT_AT, LINES, NOTHING_MORE, ORDERS, WALK};
+use super::envelope::{Envelope, Near, Term};
+use super::far::{self, FARS, INTERVAL, Place, Reach, Sidebands, place_prior};
 use super::joint::{Far, Joint};
 use super::leftover::Leftover;
 use super::logarithm::{exp, ln};
 use super::size::{Direction, Ground, Weighed, energy};
 use super::window::Window;
 use crate::math::scalar::{Scalar as _, larger};
+use core::f32::consts::LN_2;
 use num_complex::Complex;
 
 /// A signal that may be there beside a steady tone.
@@ -68,7 +69,7 @@ pub enum Joins {
     /// A line close to the tone, at this distance.
     Near(f32, Complex<f32>),
     /// A line with columns of its own.
-    Far(f32, Complex<f32>),
+    Far(f32, Complex<f32>, Reach),
     /// Two of them, at opposite distances.
     Sidebands(f32, [Complex<f32>; 2]),
 }
@@ -87,9 +88,6 @@ pub struct Round {
     /// The noise's power over the ring's if nothing more is there.
     pub scale: f32,
 }
-
-/// The logarithm of the number of smoothnesses of a level, which are equally probable.
-const LN_3: f32 = 1.098_612_3;
 
 /// A cause whose gain is so far below the best one's is not weighed.
 const BEHIND: f32 = 14.0;
@@ -133,7 +131,7 @@ impl Round {
         let levels = levels.map(|level| weigh(Cause::Level, level_gain, &level, 2.0 * strength));
         let bent = weigh(Cause::Bend, bend_gain, &bend, 8.0 * strength);
         let wandered = weigh(Cause::Wander, wander_gain, &wander, 8.0 * strength);
-        let mut places = [Place::NONE; PLACES + PEAKS];
+        let mut places = [Place::NONE; PLACES + FARS];
         if inside && joint.lines.len() < LINES && joint.envelope.near.is_none() {
             let unit = joint.envelope.unit;
             for (place, ((distance, directions), gain)) in
@@ -162,7 +160,7 @@ impl Round {
         line: &Place,
         pair: &Sidebands,
     ) -> Self {
-        let level = Belief::any(&levels.map(|level| level.belief.times(-LN_3)));
+        let level = Belief::any(&levels.map(|level| level.belief.times(-LN_2)));
         let mut smooth = 0;
         let mut best = Weighed::NEVER;
         for (number, level) in levels.iter().enumerate() {
@@ -182,10 +180,9 @@ impl Round {
             Joins::Level(best.variance, smooth),
             Joins::Bend,
             Joins::Wander(wandered.variance),
-            if line.close {
-                Joins::Near(line.distance, line.value)
-            } else {
-                Joins::Far(line.distance, line.value)
+            match line.reach {
+                Reach::Close => Joins::Near(line.distance, line.value),
+                reach => Joins::Far(line.distance, line.value, reach),
             },
             Joins::Sidebands(pair.distance, pair.values),
         ];
@@ -238,12 +235,12 @@ fn close_place(
         belief: belief.times(prior),
         best: best + prior,
         value: unit * Complex::new(re, im),
-        close: true,
+        reach: Reach::Close,
     }
 }
 
 /// The belief in a line at the most probable distance, in lines elsewhere, and the most probable one.
-fn together(places: &[Place; PLACES + PEAKS]) -> (Belief, Belief, Place) {
+fn together(places: &[Place; PLACES + FARS]) -> (Belief, Belief, Place) {
     /// Distances within this many bins belong to one line.
     const SAME: f32 = 0.6;
     let mut best = Place::NONE;
@@ -252,12 +249,24 @@ fn together(places: &[Place; PLACES + PEAKS]) -> (Belief, Belief, Place) {
             best = *place;
         }
     }
-    let [mut here, mut elsewhere] = [[Belief::NEVER; PLACES + PEAKS]; 2];
+    let [mut here, mut elsewhere] = [[Belief::NEVER; PLACES + FARS]; 2];
     for ((place, here), elsewhere) in places.iter().zip(&mut here).zip(&mut elsewhere) {
         let group = if (place.distance - best.distance).abs() < SAME { here } else { elsewhere };
         *group = place.belief;
     }
     (Belief::any(&here), Belief::any(&elsewhere), best)
+}
+
+impl Envelope {
+    /// The level has the priors of a slow swing as large as it is.
+    pub fn swings(&mut self) {
+        let levels = |term: &&mut Term| term.order > 0 && term.quarter == 0;
+        let sizes = self.terms.iter_mut().filter(levels).map(|term| term.size * term.size);
+        let variance = sizes.fold(1.0, larger);
+        for (term, size) in self.terms.iter_mut().filter(levels).zip(swing()) {
+            term.prior = 1.0 / larger(variance * size, 1e-9);
+        }
+    }
 }
 
 impl Joint<'_> {
@@ -293,12 +302,13 @@ impl Joint<'_> {
                 let priors = [1.0 / larger(strength, 1e-30), 4.0 / (distance * distance)];
                 envelope.near = Some(Near { at: envelope.delta + distance, value, priors });
             }
-            Joins::Far(distance, value) => {
-                let _ = self.lines.push(Far { at: offset + distance, value });
+            Joins::Far(distance, value, reach) => {
+                let _ = self.lines.push(Far { at: offset + distance, value, reach });
             }
             Joins::Sidebands(distance, [value, other]) => {
-                let _ = self.lines.push(Far { at: offset + distance, value });
-                let _ = self.lines.push(Far { at: offset - distance, value: other });
+                for (at, value) in [(offset + distance, value), (offset - distance, other)] {
+                    let _ = self.lines.push(Far { at, value, reach: Reach::Inside });
+                }
             }
         }
     }

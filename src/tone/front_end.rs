@@ -103,6 +103,15 @@ pub struct Glance {
 }
 
 impl Glance {
+    /// Whether there are other lines, and the power of all is more than three tones between the rails have: codes that wrap make lines
+    /// wherever one looks, so that nothing beside a tone is explained.
+    pub fn is_full(view: &View, peak: &Peak, codes: Codes) -> bool {
+        let [below, power, above] = peak.power;
+        let line = below.wrapping_add(power).wrapping_add(above);
+        // `full` is half of the power, for a line whose other half is not in its bins.
+        peak.floor > line >> 5 && line.wrapping_add(peak.floor) >> 1 > full(view, codes)
+    }
+
     /// Looks at the search's sums, and at one bin of a real record whose tone is between an eighth of the rate and three eighths: all in
     /// integers, so that most records end here. Every fault that [`Sight`] would find passes, but for a chance of noise. `unit` is the unit
     /// of the bins, `noise` the power per sample.

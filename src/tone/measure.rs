@@ -25,7 +25,7 @@ use super::clipped::part::Part;
 use super::detection::stands_out;
 use super::evidence::{EDGE_BINS, Evidence, edge_bins};
 use super::fit::{self, Fit, FitNear, FitStart};
-use super::front_end::has_fault;
+use super::front_end::{Glance, has_fault};
 use super::image::mirrored;
 use super::judge::{first_look, judge};
 use super::line_class::{FitTest, LineClass};
@@ -152,11 +152,16 @@ pub(crate) fn weigh(
     let mut joined = 0;
     let mut reported_noise = censored.map_or(noise, |censored| censored.noise);
     if class != LineClass::Steady
-        && let Some(joint) = unusual::joint(around, fit, &ring, options, bends, observer)
+        && clipped <= unusual::CLIPPED_MUCH
+        && let Some(joint) =
+            unusual::joint(around, fit, &ring, options, bends, clipped > CLIPPED, observer)
     {
-        (class, sigma, reported_noise) = (joint.class, joint.sigma, joint.noise);
-        joined = joint.joined;
-        inflated = reported_noise;
+        (class, sigma) = (joint.class, joint.sigma);
+        if Glance::is_full(view, peak, codes) {
+            class = LineClass::Unresolved;
+        }
+        (inflated, joined) = (joint.noise, joint.joined);
+        reported_noise = censored.map_or(joint.noise, |censored| censored.noise);
         if joint.found {
             selection = Some(selection.unwrap_or(1.0));
         }

@@ -53,8 +53,7 @@ fn what_is_usable_of_disturbed_records_is_within_its_sigma() {
             for (name, scene, most) in [
                 ("a second tone", second, if snr_db < 30.0 { 2.2f64 } else { 1.15 }),
                 ("the converter's end", clipped, 1.15),
-                // Two lines less than a bin apart look alike, and have a frequency of their own: sigma is .6 of the error at 40 dB.
-                ("a slow swing of the level", swings(0.3), 1.7),
+                ("a slow swing of the level", swings(0.3), 1.15),
                 ("a swing of the level", swings(1.0), 1.15),
                 ("flicker noise", flicker, 1.15),
             ] {

@@ -82,6 +82,9 @@ pub(super) struct Explained {
     pub joined: u8,
 }
 
+/// The share of clipped samples from which on the harmonics near a tone are as strong as what a joint fit is to tell apart.
+pub(super) const CLIPPED_MUCH: f32 = 0.25;
+
 /// The joint fit of a line that is not a steady tone, whose offset and amplitude `fit` takes over; `None` if the effort has no round, or
 /// nothing can be fitted.
 #[inline(always)]
@@ -91,11 +94,18 @@ pub(super) fn joint(
     ring: &LocalNoise,
     options: &Options,
     bends: bool,
+    clips: bool,
     observer: impl Tap,
 ) -> Option<Explained> {
     let (threshold, effort) = (options.threshold, options.effort);
     let (answer, noise, found) = block::joint(around, fit, ring, threshold, effort, bends)?;
     observer.joint(&answer);
+    // A harmonic of what clips may be so near that no fit knows it from a change.
+    if clips && (answer.unresolved || answer.moves) {
+        return None;
+    }
+    // Of what clips, nobody knows all harmonics.
+    let apart = if clips { answer.offset - fit.offset } else { 0.0 };
     // The phase stays as the fit's changes have it.
     let grown = (answer.line.norm_sqr() / fit.line.norm_sqr()).root();
     (fit.offset, fit.line) = (answer.offset, fit.line * grown);
@@ -110,7 +120,8 @@ pub(super) fn joint(
     let joined = joined.map(|(_, count)| count).sum();
     // A line alone is detected by the tests that every line must pass.
     let found = found && answer.kept.iter().any(|count| *count > 0);
-    Some(Explained { class, sigma: answer.variance.root(), noise, found, joined })
+    let sigma = (answer.variance + apart * apart).root();
+    Some(Explained { class, sigma, noise, found, joined })
 }
 
 /// Sigma of another method's offset, which `fit` takes over, see [`measure`](super::measure).
