@@ -52,8 +52,8 @@ pub const P: usize = ORDERS + 1;
 
 /// The most causes that join the fit.
 pub const ROUNDS: u8 = 3;
-/// The most lines beside the tone that have columns of their own.
-pub const LINES: usize = 5;
+/// The most lines beside the tone that have columns of their own: a pair a round.
+pub const LINES: usize = 2 * ROUNDS as usize;
 /// A peak of the residual is tried as a line if noise as loud as the ring has such a peak in at most a quarter of all windows: the normal
 /// deviation with a 33rd of this probability.
 pub const PEAK: f32 = 2.427;

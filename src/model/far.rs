@@ -3,7 +3,7 @@
 use super::belief::Belief;
 use super::chance;
 use super::columns::{Line, line, slow};
-use super::constants::{LENGTHS, LINES, NEAR, PEAK, PEAKS, WIDTH};
+use super::constants::{LENGTHS, NEAR, PEAK, PEAKS, WIDTH};
 use super::elimination::Taken;
 use super::factor::Factor;
 use super::joint::Joint;
@@ -169,7 +169,7 @@ pub const FARS: usize = PEAKS + 2;
 #[inline(never)]
 pub fn lines(window: &Window, joint: &Joint, ground: &Ground) -> ([Place; FARS], Sidebands) {
     let (mut places, mut pair) = ([Place::NONE; FARS], Sidebands::NONE);
-    if joint.lines.is_full() {
+    if joint.vacant() == 0 {
         return (places, pair);
     }
     let offset = joint.offset();
@@ -213,7 +213,7 @@ pub fn lines(window: &Window, joint: &Joint, ground: &Ground) -> ([Place; FARS],
         let one = Candidate::new(window, joint, at, Reach::Inside);
         let prior = place_prior(INTERVAL, distance);
         *cell = weigh(&one, distance, prior, Reach::Inside);
-        if number == 0 && window.has(offset - distance) && joint.lines.len() + 2 <= LINES {
+        if number == 0 && window.has(offset - distance) && joint.vacant() >= 2 {
             let other = Candidate::new(window, joint, offset - distance, Reach::Inside);
             pair = sidebands(ground, &one, &other, slope, 2.0 * ground.strength);
             pair.distance = distance;

@@ -49,6 +49,8 @@ pub struct Joint<'a> {
     pub envelope: Envelope,
     /// Lines beyond the envelope's reach.
     pub lines: Vec<Far, LINES>,
+    /// The most of them that may be there: a pair a round.
+    most: usize,
     /// What the lines leave of the bins.
     pub from: Elimination,
     images: Envelopes,
@@ -72,13 +74,14 @@ pub struct Joint<'a> {
 impl<'a> Joint<'a> {
     /// Room for a fit around a tone at `reference` bins from the window's peak.
     #[inline(always)]
-    pub fn new(window: &'a Window, scale: f32, reference: f32) -> Self {
+    pub fn new(window: &'a Window, scale: f32, reference: f32, rounds: usize) -> Self {
         Self {
             window,
             scale,
             reference,
             envelope: Envelope::new(ZERO),
             lines: Vec::new(),
+            most: 2 * rounds,
             from: Elimination::new(),
             images: [[0.0; P]; WIDTH],
             model: Orders::ZERO,
@@ -90,6 +93,11 @@ impl<'a> Joint<'a> {
             energy: 0.0,
             free: 1.0,
         }
+    }
+
+    /// Lines that may still join.
+    pub fn vacant(&self) -> usize {
+        self.most.saturating_sub(self.lines.len())
     }
 
     /// The tone's distance from the peak, bins.

@@ -35,7 +35,7 @@ pub use window::Window;
 use crate::math::scalar::Scalar as _;
 use crate::tone::noise::louder::louder;
 use belief::Belief;
-use constants::{CAUSES, LINES, NOTHING_MORE, UNLIKELY};
+use constants::{CAUSES, NOTHING_MORE, UNLIKELY};
 use envelope::{Envelope, Near};
 use far::place_prior;
 use joint::Joint;
@@ -83,7 +83,7 @@ pub struct Answer {
 #[inline(never)]
 pub fn measure(window: &Window, noise: &Noise, offset: f32, most: usize, bends: bool) -> Answer {
     let scale = (2.0 / noise.power).root();
-    let joint = &mut Joint::new(window, scale, offset);
+    let joint = &mut Joint::new(window, scale, offset, most);
     joint.begin();
     let mut answer = Answer {
         offset,
@@ -125,13 +125,12 @@ pub fn measure(window: &Window, noise: &Noise, offset: f32, most: usize, bends: 
         let doubtful = nothing < unlikely && joint.is_loud(noise.dof);
         answer.unresolved = round.stays.is_some() || doubtful || joint.is_lumpy();
         let Some((cause, odds, joins)) = round.stays else { break };
-        let room = LINES - joint.lines.len();
         let needed = match joins {
             Joins::Sidebands(..) => 2,
             Joins::Far(..) => 1,
             _ => 0,
         };
-        if number == most || needed > room {
+        if number == most || needed > joint.vacant() {
             break;
         }
         rivals = Belief::any(&[rivals.times(-odds), at(round.rivals(cause))]);

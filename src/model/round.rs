@@ -6,7 +6,7 @@
 
 use super::belief::Belief;
 use super::changes::{Moments, PLACES, SMOOTHS, level, swing};
-use super::constants::{CAUSES, EDGE, KEPT_AT, LINES, NOTHING_MORE, ORDERS, WALK};
+use super::constants::{CAUSES, EDGE, KEPT_AT, NOTHING_MORE, ORDERS, WALK};
 use super::envelope::{Envelope, Near, Term};
 use super::far::{self, FARS, INTERVAL, Place, Reach, Sidebands, place_prior};
 use super::joint::{Far, Joint};
@@ -132,7 +132,7 @@ impl Round {
         let bent = weigh(Cause::Bend, bend_gain, &bend, 8.0 * strength);
         let wandered = weigh(Cause::Wander, wander_gain, &wander, 8.0 * strength);
         let mut places = [Place::NONE; PLACES + FARS];
-        if inside && joint.lines.len() < LINES && joint.envelope.near.is_none() {
+        if inside && joint.vacant() > 0 && joint.envelope.near.is_none() {
             let unit = joint.envelope.unit;
             for (place, ((distance, directions), gain)) in
                 places.iter_mut().zip(close.iter().zip(close_gains))

@@ -25,7 +25,7 @@ use super::clipped::part::Part;
 use super::detection::stands_out;
 use super::evidence::{EDGE_BINS, Evidence, edge_bins};
 use super::fit::{self, Fit, FitNear, FitStart};
-use super::front_end::{Glance, has_fault};
+use super::front_end::{has_fault, is_full};
 use super::image::mirrored;
 use super::judge::{first_look, judge};
 use super::line_class::{FitTest, LineClass};
@@ -152,12 +152,12 @@ pub(crate) fn weigh(
     let mut joined = 0;
     let mut reported_noise = censored.map_or(noise, |censored| censored.noise);
     if class != LineClass::Steady
-        && clipped <= unusual::CLIPPED_MUCH
+        && !(clipped > CLIPPED && unusual::has_harmonic_on_it(around, fit))
         && let Some(joint) =
-            unusual::joint(around, fit, &ring, options, bends, clipped > CLIPPED, observer)
+            unusual::joint(around, fit, &ring, options, bends, clipped > CLIPPED, class, observer)
     {
         (class, sigma) = (joint.class, joint.sigma);
-        if Glance::is_full(view, peak, codes) {
+        if clipped <= CLIPPED && is_full(view, data, peak, codes, around.unit(), fit) {
             class = LineClass::Unresolved;
         }
         (inflated, joined) = (joint.noise, joint.joined);

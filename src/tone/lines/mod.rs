@@ -114,7 +114,7 @@ pub fn lines(
     most: usize,
 ) -> Vec<ToneWithPhase, MOST> {
     let good = tone.verdict == Verdict::Good;
-    let alone = if good { phase_of(view, tone, options) } else { None };
+    let alone = if good { phase_of(view, tone, options, stamp.segment.bends()) } else { None };
     if let Some((phasor, true)) = alone
         && most <= 1
     {

@@ -42,6 +42,7 @@ pub(super) fn phase_of(
     view: &View,
     tone: &Tone,
     options: &Options,
+    bends: bool,
 ) -> Option<(ToneWithPhase, bool)> {
     let layout = view.layout;
     let (peak, offset) = place(layout, tone)?;
@@ -51,7 +52,13 @@ pub(super) fn phase_of(
     let near = Neighbourhood::read(view, peak, &mut places);
     let fit = fit_in_floats(&near, options.reach, FitStart::Further(offset, steps))?;
     let beside = ring::beside_in_floats(&near, &fit);
-    let steady = first_look(&fit, layout.n, &beside, ()).line == LineClass::Steady;
+    let from_end = from_end(peak, layout.n, layout.iq);
+    // A motion bends the phase of a ramp's tone, but not in the middle.
+    let judgement = match bends {
+        true => judge(&fit, layout.n, from_end, &beside, true, ()),
+        false => first_look(&fit, layout.n, &beside, ()),
+    };
+    let steady = judgement.line == LineClass::Steady;
     let mut noise = noise_power(layout, tone) * (1.0 + 2.0 / ring::dof(layout.n, layout.iq));
     if !steady {
         // What is beside the tone turns its phase by as much as it leaves.

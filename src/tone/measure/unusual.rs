@@ -82,8 +82,20 @@ pub(super) struct Explained {
     pub joined: u8,
 }
 
-/// The share of clipped samples from which on the harmonics near a tone are as strong as what a joint fit is to tell apart.
-pub(super) const CLIPPED_MUCH: f32 = 0.25;
+/// Whether a harmonic of a tone that clips folds onto the tone itself, where no fit tells both: the next order to fold there is `k - 1` or
+/// `k + 1` if `k` times the tone is a multiple of the rate.
+pub(super) fn has_harmonic_on_it(around: &Neighbourhood, fit: &Fit<f32>) -> bool {
+    /// Bins: half of what resolves two lines.
+    const ON: f32 = 0.5;
+    /// Weaker harmonics are below what clipping adds to sigma.
+    const HIGHEST: i32 = 9;
+    let n = around.n as i32;
+    (1..=HIGHEST).any(|k| {
+        let whole = k.wrapping_mul(around.peak).rem_euclid(n);
+        let whole = if whole > n / 2 { whole - n } else { whole };
+        (whole as f32 + k as f32 * fit.offset).abs() < ON
+    })
+}
 
 /// The joint fit of a line that is not a steady tone, whose offset and amplitude `fit` takes over; `None` if the effort has no round, or
 /// nothing can be fitted.
@@ -95,6 +107,7 @@ pub(super) fn joint(
     options: &Options,
     bends: bool,
     clips: bool,
+    class: LineClass,
     observer: impl Tap,
 ) -> Option<Explained> {
     let (threshold, effort) = (options.threshold, options.effort);
@@ -102,6 +115,10 @@ pub(super) fn joint(
     observer.joint(&answer);
     // A harmonic of what clips may be so near that no fit knows it from a change.
     if clips && (answer.unresolved || answer.moves) {
+        return None;
+    }
+    // The close look of a ramp knows a bend of any size.
+    if bends && answer.unresolved && class == LineClass::Moving {
         return None;
     }
     // Of what clips, nobody knows all harmonics.
@@ -114,10 +131,10 @@ pub(super) fn joint(
         Answer { moves: true, .. } => LineClass::Moving,
         _ => LineClass::Steady,
     };
-    // A motion bends the phase of a ramp's tone: that is no other line.
-    let bend = if bends { Cause::Bend as usize } else { Cause::ALL.len() };
-    let joined = answer.kept.iter().enumerate().filter(|(cause, _)| *cause != bend);
-    let joined = joined.map(|(_, count)| count).sum();
+    // A motion bends the phase of a ramp's tone, so far that it looks like other changes: those are no other line.
+    let counts = |cause: Cause| !bends || matches!(cause, Cause::Line | Cause::Sidebands);
+    let kept = Cause::ALL.into_iter().zip(answer.kept);
+    let joined = kept.filter(|(cause, _)| counts(*cause)).map(|(_, count)| count).sum();
     // A line alone is detected by the tests that every line must pass.
     let found = found && answer.kept.iter().any(|count| *count > 0);
     let sigma = (answer.variance + apart * apart).root();
