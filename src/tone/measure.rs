@@ -111,14 +111,14 @@ pub(crate) fn weigh(
     let clipped = clipped as f32 / n as f32;
     let mut beside = ring;
     observer.hear(|| beside.edge());
+    let rounds = options.effort.available().rounds();
     if beside.has_edge() {
         unusual::at_edge(&mut beside, fit, n);
     }
     let noise = beside.noise.power;
     // Judgement. A clipped tone has harmonics, which are not a movement.
     let bends = stamp.segment.bends();
-    let look =
-        Look { n, from_end: around.from_end(), bends, rounds: options.effort.available().rounds() };
+    let look = Look { n, from_end: around.from_end(), bends, rounds };
     let judged = |fit: &Fit<f32>, step| {
         observer.begin(step);
         let judgement = judge_unless_clipped(fit, &look, &beside, clipped, observer);
@@ -151,10 +151,15 @@ pub(crate) fn weigh(
     observer.fitted(peak.bin, fit, noise);
     let mut joined = 0;
     let mut reported_noise = censored.map_or(noise, |censored| censored.noise);
-    if class != LineClass::Steady
+    let mut quiet = None;
+    if class == LineClass::Steady && ring.has_edge() && rounds > 0 && !bends && clipped <= CLIPPED {
+        quiet = unusual::beside_a_line(&ring, fit, n);
+    }
+    let unsteady = class != LineClass::Steady || quiet.is_some();
+    if unsteady
         && !(clipped > CLIPPED && unusual::has_harmonic_on_it(around, fit))
         && let Some(joint) =
-            unusual::joint(around, fit, &ring, options, bends, clipped > CLIPPED, class, observer)
+            unusual::joint(around, fit, quiet.as_ref().unwrap_or(&ring), options, bends, clipped > CLIPPED, class, observer)
     {
         (class, sigma) = (joint.class, joint.sigma);
         if clipped <= CLIPPED && is_full(view, data, peak, codes, around.unit(), fit) {

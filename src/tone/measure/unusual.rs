@@ -7,6 +7,7 @@ use crate::model::{Answer, Cause, block};
 use crate::spectrum::neighbourhood::Neighbourhood;
 use crate::tone::clipped::CensoredFit;
 use crate::tone::fit::{Fit, FitNear, FitStart};
+use crate::tone::judge::first_look;
 use crate::tone::line_class::{FitTest, LineClass};
 use crate::tone::noise::ratio;
 use crate::tone::noise::ring::LocalNoise;
@@ -15,11 +16,19 @@ use crate::tone::options::Options;
 use crate::tone::residual::residual;
 use crate::tone::sigma::{self, bound_bins};
 
+/// Degrees of freedom of the bins five to eight off.
+const MIDDLE: f32 = 16.0;
+
+/// The noise of the quieter side of an edge, if it is not what a steady tone leaves: another line may make the edge.
+#[inline(never)]
+pub(super) fn beside_a_line(ring: &LocalNoise, fit: &Fit<f32>, n: usize) -> Option<LocalNoise> {
+    let quiet = ring.quieter(MIDDLE);
+    (first_look(fit, n, &quiet, ()).line != LineClass::Steady).then_some(quiet)
+}
+
 /// The noise at an edge: the residual of the fit from five bins off, see [`LocalNoise::on_an_edge`].
 #[inline(never)]
 pub(super) fn at_edge(beside: &mut LocalNoise, fit: &Fit<f32>, n: usize) {
-    /// Degrees of freedom of the bins five to eight off.
-    const MIDDLE: f32 = 16.0;
     if let Some(rest) = rest_from_five(fit, n, MIDDLE) {
         *beside = beside.on_an_edge(rest, MIDDLE);
     }
@@ -117,8 +126,8 @@ pub(super) fn joint(
     if clips && (answer.unresolved || answer.moves) {
         return None;
     }
-    // The close look of a ramp knows a bend of any size.
-    if bends && answer.unresolved && class == LineClass::Moving {
+    // What the tests resolve stands: the close look of a ramp knows a bend of any size.
+    if answer.unresolved && class != LineClass::Unresolved {
         return None;
     }
     // Of what clips, nobody knows all harmonics.
@@ -126,8 +135,10 @@ pub(super) fn joint(
     // The phase stays as the fit's changes have it.
     let grown = (answer.line.norm_sqr() / fit.line.norm_sqr()).root();
     (fit.offset, fit.line) = (answer.offset, fit.line * grown);
+    // A carrier that is told to be as wide changes as no cause does.
+    let wide = answer.moves && answer.variance < options.width.of_block();
     let class = match answer {
-        Answer { unresolved: true, .. } => LineClass::Unresolved,
+        Answer { unresolved: true, .. } if !wide => LineClass::Unresolved,
         Answer { moves: true, .. } => LineClass::Moving,
         _ => LineClass::Steady,
     };
