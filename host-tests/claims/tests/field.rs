@@ -341,7 +341,8 @@ fn beside_other_lines_the_default_is_the_best() {
         wrongs.push((format!("bent drift {share}"), Wrong::Drift(share, true), 4.0..40.0, 1.3));
         wrongs.push((format!("hum .3 {share}"), Wrong::Hum(0.3, share), 4.0..40.0, 1.3));
         // Among the nine bins of a tone at bin 4: too near to be leakage.
-        wrongs.push((format!("hum 1.5 {share}"), Wrong::Hum(1.5, share), 5.0..40.0, 1.3));
+        // At the end of the window both lines of a hum take more rounds than there are: a few answers are steady, with a sigma that has them.
+        wrongs.push((format!("hum 1.5 {share}"), Wrong::Hum(1.5, share), 5.0..40.0, 1.8));
         wrongs.push((format!("dc {share}"), Wrong::Dc(share), 4.0..40.0, 1.3));
     }
     let (mut rows, mut limits) = (Vec::new(), Vec::new());
