@@ -222,7 +222,28 @@ pub(super) fn is_full(
     let others = lines(view, peak.bin, (THIRD * line / (unit * unit)) as u64);
     // Where crests of four tones just reach the rails, two and three may be beyond.
     let most = [TWO, TWO, THREE].get(others as usize).unwrap_or(&1.0);
-    mean_square(data.pairs) > most * bound(share, others.max(1) - 1) * (range * range)
+    mean_square(data.pairs) > most * bound(share, others.saturating_sub(1)) * (range * range)
+        && reaches(data.pairs, codes)
+}
+
+/// The variance in squared bins of a tone of `bins` in `data` by the edges of two levels; 0 of any other wave. A wave of two levels changes
+/// between samples: where, no sample tells, and so the frequency is not known better than by the interval's part at both ends of the record.
+#[inline(never)]
+pub(super) fn edges(data: Data, bins: f32, n: usize) -> f32 {
+    /// The mean square of a wave of two levels over the square of half their distance is 1, that of a tone a half.
+    const LEVELS: f32 = 0.75;
+    /// The variance of two times that are anywhere within an interval.
+    const INTERVALS: f32 = 2.0 / 12.0;
+    let [mut least, mut most] = [i16::MAX, i16::MIN];
+    for &part in data.pairs.iter().flatten() {
+        (least, most) = (least.min(part), most.max(part));
+    }
+    let half = 0.5 * (i32::from(most) - i32::from(least)) as f32;
+    if mean_square(data.pairs) < LEVELS * half * half {
+        return 0.0;
+    }
+    let share = bins / n as f32;
+    INTERVALS * share * share
 }
 
 /// A bin in codes.

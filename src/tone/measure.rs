@@ -25,7 +25,7 @@ use super::clipped::part::Part;
 use super::detection::stands_out;
 use super::evidence::{EDGE_BINS, Evidence, edge_bins};
 use super::fit::{self, Fit, FitNear, FitStart};
-use super::front_end::{has_fault, is_full};
+use super::front_end::{edges, has_fault, is_full};
 use super::image::mirrored;
 use super::judge::{first_look, judge};
 use super::line_class::{FitTest, LineClass};
@@ -158,12 +158,24 @@ pub(crate) fn weigh(
     let unsteady = class != LineClass::Steady || quiet.is_some();
     if unsteady
         && !(clipped > CLIPPED && unusual::has_harmonic_on_it(around, fit))
-        && let Some(joint) =
-            unusual::joint(around, fit, quiet.as_ref().unwrap_or(&ring), options, bends, clipped > CLIPPED, class, observer)
+        && let Some(joint) = unusual::joint(
+            around,
+            fit,
+            quiet.as_ref().unwrap_or(&ring),
+            options,
+            bends,
+            clipped > CLIPPED,
+            class,
+            observer,
+        )
     {
         (class, sigma) = (joint.class, joint.sigma);
         if clipped <= CLIPPED && is_full(view, data, peak, codes, around.unit(), fit) {
             class = LineClass::Unresolved;
+        }
+        if !iq {
+            let edges = edges(data, peak.bin as f32 + fit.offset, n);
+            sigma = (sigma * sigma + edges).root();
         }
         (inflated, joined) = (joint.noise, joint.joined);
         reported_noise = censored.map_or(joint.noise, |censored| censored.noise);

@@ -100,8 +100,8 @@ pub(super) fn has_harmonic_on_it(around: &Neighbourhood, fit: &Fit<f32>) -> bool
     const HIGHEST: i32 = 9;
     let n = around.n as i32;
     (1..=HIGHEST).any(|k| {
-        let whole = k.wrapping_mul(around.peak).rem_euclid(n);
-        let whole = if whole > n / 2 { whole - n } else { whole };
+        // N is a power of two.
+        let whole = (k.wrapping_mul(around.peak).wrapping_add(n / 2) & (n - 1)) - n / 2;
         (whole as f32 + k as f32 * fit.offset).abs() < ON
     })
 }

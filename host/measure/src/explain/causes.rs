@@ -21,7 +21,7 @@ pub fn rows(answer: &Answer) -> Vec<Row> {
         "nothing-more",
         "how probable it is that there is nothing else",
         Some(f64::from(*nothing)),
-        String::new(),
+        "-".to_owned(),
     )];
     for ((cause, weight), kept) in Cause::ALL.into_iter().zip(weights).zip(answer.kept) {
         let followed = match kept {
@@ -32,7 +32,7 @@ pub fn rows(answer: &Answer) -> Vec<Row> {
         rows.push(row(cause.name(), about(cause), Some(f64::from(*weight)), followed));
     }
     let followed = match (answer.unresolved, answer.moves) {
-        (true, _) => "the joint fit leaves too much: the tests above decide",
+        (true, _) => "the joint fit leaves too much: unresolved",
         (false, true) => "one tone that changes: moving",
         (false, false) => "one steady tone, and the causes that joined",
     };
