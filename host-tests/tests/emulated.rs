@@ -254,7 +254,10 @@ fn joint_fits_on(machine: Machine, target: Target) {
             verdicts
         });
         let usable: Vec<usize> = looks.collect();
-        assert!(usable.is_sorted() && (count < 25 || usable[0] < usable[2]), "{usable:?}");
+        // One round may leave unresolved what tests let pass.
+        let [none, rounds @ ..] = &usable[..] else { panic!() };
+        let more = rounds.iter().all(|round| none < round || round == &rounds[0]);
+        assert!(rounds.is_sorted() && (count < 25 || more), "{usable:?}");
     }
 }
 
