@@ -114,6 +114,13 @@ impl Row {
     }
 }
 
+/// The tests behind the verdict, in the order in which they were made, and then those of the verdict itself.
+pub fn rows(notes: &[Note], evidence: &Evidence, n: usize) -> Vec<Row> {
+    let mut rows = from_notes(notes);
+    rows.extend(from_evidence(evidence, n));
+    rows
+}
+
 /// The tests that were heard, in order.
 pub fn from_notes(notes: &[Note]) -> Vec<Row> {
     let (mut rows, mut fit) = (Vec::new(), None);
