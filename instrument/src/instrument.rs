@@ -256,6 +256,12 @@ where
         let before = port.ticks();
         port.correct(&mut block.slot);
         let measured = self.meters.block::<N, SLOT>(&mut block, guard);
+        self.tell(port, block, measured, before);
+    }
+
+    /// Tells of a block whose measurement began at a tick.
+    #[inline(never)] // the room of what is told is not beside the measurement's
+    fn tell(&mut self, port: &mut P, block: Block<Slot<SLOT>>, measured: Measurement, before: u32) {
         let gathered = self.meters.gathered::<N>();
         let mut measurement = measured;
         port.widen(&mut measurement);
