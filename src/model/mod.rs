@@ -167,14 +167,14 @@ fn change(
     joint.fit(3, false);
     if alone
         && !joint.lines.is_full()
-        && let Some([low, high]) = pair::places(value.norm_sqr().root(), &round.moments)
+        && let Some([near, far]) = pair::places(value.norm_sqr().root(), &round.moments)
     {
-        let apart = high - low;
+        let apart = far - near;
         let half = value * 0.5;
         let mut two = Envelope::new(half);
-        two.delta = delta + low;
+        two.delta = delta + near;
         let priors = [1.0 / value.norm_sqr().max(1e-30), 4.0 / (apart * apart)];
-        two.near = Some(Near { at: delta + high, value: half, priors });
+        two.near = Some(Near { at: delta + far, value: half, priors });
         core::mem::swap(&mut joint.envelope, &mut two);
         joint.fit(1, true);
         let other = joint.energy_of(&two);

@@ -37,8 +37,8 @@ const INTEGRALS: [[[f32; SMOOTH + 1]; 3]; 3] = [
 /// Lines nearer to each other have no distances of their own; lines farther apart are not a pair.
 const APART: core::ops::Range<f32> = 0.05..2.0;
 
-/// Both lines' distances from a tone of this strength whose fit leaves these moments, bins; `None` if the residual does not come from two
-/// lines.
+/// Both lines' distances from a tone of this strength whose fit leaves these moments, bins, the nearer line first; `None` if the residual
+/// does not come from two lines.
 pub fn places(strength: f32, moments: &Moments) -> Option<[f32; 2]> {
     let mut series = [Complex::new(strength, 0.0); SMOOTH + 1];
     let seen = moments.amplitude.iter().zip(&moments.phase).zip(LENGTHS.iter().skip(1));
@@ -69,5 +69,6 @@ pub fn places(strength: f32, moments: &Moments) -> Option<[f32; 2]> {
     let half = square.max(0.0).root();
     let places = [0.5 * sum - half, 0.5 * sum + half].map(|place| place / PI);
     let [low, high] = places;
-    (square > 0.0 && APART.contains(&(high - low))).then_some(places)
+    let nearer = if low.abs() < high.abs() { places } else { [high, low] };
+    (square > 0.0 && APART.contains(&(high - low))).then_some(nearer)
 }
