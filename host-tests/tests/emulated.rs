@@ -254,10 +254,9 @@ fn joint_fits_on(machine: Machine, target: Target) {
             verdicts
         });
         let usable: Vec<usize> = looks.collect();
-        // One round may leave unresolved what tests let pass.
-        let [none, rounds @ ..] = &usable[..] else { panic!() };
-        let more = rounds.iter().all(|round| none < round || round == &rounds[0]);
-        assert!(rounds.is_sorted() && (count < 25 || more), "{usable:?}");
+        // The first look lets pass what one round leaves unresolved.
+        let [_, rounds @ ..] = &usable[..] else { panic!() };
+        assert!(rounds.is_sorted(), "{usable:?}");
     }
 }
 

@@ -89,8 +89,10 @@ impl Elimination {
             let cells = values.as_chunks_mut::<2>().0.iter_mut().zip(slopes.as_chunks_mut::<2>().0);
             for (other, (values, slopes)) in lines.iter().zip(cells).take(l + 1) {
                 for ([a, b], [c, d]) in line.iter().zip(other) {
-                    let ([aa, ab], [ba, bb]) = (&mut *values, &mut *slopes);
-                    (*aa, *ab, *ba, *bb) = (*aa + a * c, *ab + a * d, *ba + b * c, *bb + b * d);
+                    values[0] += a * c;
+                    values[1] += a * d;
+                    slopes[0] += b * c;
+                    slopes[1] += b * d;
                 }
             }
             let own = |row: &[f32; COLUMNS], at: usize| row.get(at).copied().unwrap_or(0.0);

@@ -109,6 +109,7 @@ pub(super) fn has_harmonic_on_it(around: &Neighbourhood, fit: &Fit<f32>) -> bool
 /// The joint fit of a line that is not a steady tone, whose offset and amplitude `fit` takes over; `None` if the effort has no round, or
 /// nothing can be fitted.
 #[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "one place calls it")]
 pub(super) fn joint(
     around: &Neighbourhood,
     fit: &mut Fit<f32>,

@@ -1,5 +1,5 @@
 //! Both fits for cores without an FPU. The sums over the bins are integers. The numbers that follow from the sums have a format that is
-//! cheaper there than floats. Only the [`Fit`] itself is `f32`.
+//! cheaper there than floats. Only the [`Fit`](super::Fit) itself is `f32`.
 //!
 //! Formats: offsets, p and angles in Q30; frequencies u in Q23 (their differences stay below 256);
 //! h in Q26, h' in Q22, sines in Q26; bins as the FFT stores them, less two bits. The rms
