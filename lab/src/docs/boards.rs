@@ -67,12 +67,17 @@ fn kilohertz(hertz: f64) -> String {
 }
 
 fn rates_of(all: &[Rates]) -> Lines {
-    let mut lines = head(
-        "| the highest rate, kS/s | usual blocks | whatever the signal is, effort 0 | whatever the signal is, effort 2 |",
-    );
+    let efforts = all.first().map_or(&[][..], |rates| &rates.always_hz);
+    let columns = efforts
+        .iter()
+        .map(|(effort, _)| format!("whatever the signal is, effort {} |", effort.name()));
+    let columns: Vec<String> = columns.collect();
+    let mut lines =
+        head(&format!("| the highest rate, kS/s | usual blocks | {}", columns.join(" ")));
     for Rates { kind, usual_hz, always_hz } in all {
-        let always =
-            always_hz.map_or(["not searched"; 2].map(str::to_owned), |hertz| hertz.map(kilohertz));
+        let mut always: Vec<String> =
+            always_hz.iter().map(|(_, hertz)| kilohertz(*hertz)).collect();
+        always.resize(efforts.len(), "not searched".to_owned());
         lines.push(row([kind.to_string(), kilohertz(*usual_hz)].into_iter().chain(always)));
     }
     Ok(lines)
@@ -160,12 +165,14 @@ fn worst(_: &Table) -> Lines {
     let mut lines = head(
         "| a tone below bin 48 that moves beside a drift | ms | cycles | reserved by the board, cycles |",
     );
-    for (effort, reserved) in ["0", "2"].into_iter().zip(picket_firmware::pico::words::WORST_CYCLES)
-    {
-        let [ms] = measured(&format!("pico, ms of the longest block at {effort}"))?;
-        let cells = [format!("at effort {effort}"), format!("{ms:.3}")];
-        lines.push(row(cells.into_iter().chain([whole(144e3 * ms), whole(reserved as f64)])));
-    }
+    let [ms] = measured("pico, ms of the longest block")?;
+    let reserved = picket_firmware::pico::words::WORST_CYCLES;
+    lines.push(row([
+        "at most".to_owned(),
+        format!("{ms:.3}"),
+        whole(144e3 * ms),
+        whole(reserved as f64),
+    ]));
     Ok(lines)
 }
 
