@@ -136,7 +136,7 @@ impl Following {
 
 impl Config {
     /// A configuration for this rate in Hz and these codes: one tone anywhere, by least squares with [`Reach::Sixteen`] in the core's own
-    /// arithmetic, at [`Effort::One`], with one false alarm in a million blocks of noise, no solver, and no tone followed.
+    /// arithmetic, at the effort of its core, with one false alarm in a million blocks of noise, no solver, and no tone followed.
     pub fn new(rate_hz: f64, codes: Codes) -> Self {
         Self {
             rate_hz,

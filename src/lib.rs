@@ -124,7 +124,7 @@
 //! # How a block becomes a tone
 //!
 //! A record is one block of N samples. [`Pipeline::block`] runs these steps. In [`tone::measure`] the function `block` does 1 and 2, `weigh`
-//! the rest. The linked modules cover an ordinary block; unsteady or weak lines are handled in `close_judgement`, `close_detection` and
+//! the rest. The linked modules cover an ordinary block; unsteady or weak lines are handled in `model`, `close_judgement`, `close_detection` and
 //! `measure::unusual`.
 //!
 //! 1. **Transform** ([`Spectrum`](spectrum::Spectrum)): an FFT of the samples without a window, in integers by the default engine. The module
@@ -136,12 +136,12 @@
 //!    ([`tone::fit::real`]). The fit gives frequency, amplitude and residual.
 //! 4. **Noise** ([`tone::noise::ring`]): the power in a ring of bins beside the tone.
 //! 5. **Judgement** (`tone::judge`): a residual as strong as that noise means one steady tone. A stronger one means a tone that moves, or
-//!    something else beside it, and then the fit takes more steps ([`Effort`]).
+//!    something else beside it, and then a joint fit finds out which ([`Effort`]).
 //! 6. **Sigma** ([`tone::sigma`]): from noise and fit, wider by what the judgement found. In a record that clips, a censored fit takes the
 //!    noise from the samples between the rails ([`tone::clipped`]).
 //! 7. **Detection** ([`tone::detection`]): the line exceeds floor and noise by more than chance allows.
 //! 8. **Image** (`tone::image`): an I/Q record has no strong line at minus the frequency.
-//! 9. **Joint fit** (`model`), at effort `Full` only, and only of a line that is not a steady tone: its answer replaces that of the fit.
+//! 9. **Joint fit** (`model`) of a line that is not a steady tone, in up to three rounds: its answer replaces that of the fit.
 //! 10. **Front end** (`tone::front_end`): the other bins look as samples of a converter that works.
 //! 11. **Verdict** ([`tone::evidence`]): the results of all tests are one `Evidence`, each of its rules gives a reason, and the most severe
 //!     reason is the verdict.
@@ -156,7 +156,7 @@
 //! - `methods` adds the papers' methods and others to least squares.
 //! - `both-arithmetics` is for a microcontroller's program that chooses its arithmetic at run time. Without it the program has its core's
 //!   alone, whatever [`Config::arithmetic`] says; on a desk every program has both.
-//! - `joint-fit` adds the effort `Effort::Full`: a joint fit of a tone and of what else is there.
+//! - `joint-fit` adds the rounds of [`Effort`]: a joint fit of a tone and of what else is there. Without it every effort is none.
 //! - `microfft` adds the engine `F32`: a transform in floats, by the crate of this name.
 //! - `portable-atomic` is for cores that cannot swap a word atomically, such as riscv32imc.
 //! - `defmt` adds `defmt::Format` for answers and errors.

@@ -122,7 +122,7 @@ impl<R: Record, const N: usize> Plan<R, N> {
             reach: Reach::Eight,
             arithmetic: Arithmetic::from_core(),
             threshold: if has_ring(N, R::IQ) { threshold.with_another() } else { threshold },
-            effort: Effort::One,
+            effort: Effort::from_core(),
             width: Width::NONE,
         };
         let Self { terms: idle, kind } = Self::IDLE;
@@ -165,7 +165,7 @@ impl<R: Record, const N: usize> Plan<R, N> {
                 reach: Reach::Four,
                 arithmetic: Arithmetic::Float,
                 threshold: Threshold::ZERO,
-                effort: Effort::One,
+                effort: Effort::LOOK,
                 width: Width::NONE,
             },
             solver: Solver::None,

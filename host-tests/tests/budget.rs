@@ -76,7 +76,9 @@ fn core(name: &str) -> &'static Core {
 }
 
 fn count(core: &Core, engine: &Engine, image: &Path, n: usize, random: u32) -> Count {
-    let count = bench::count(core, engine, image, n, How::default(), random);
+    // What every block takes; the joint fit has its ceilings, below.
+    let how = How { effort: Effort::LOOK, ..How::default() };
+    let count = bench::count(core, engine, image, n, how, random);
     count.unwrap_or_else(|error| panic!("{}, N = {n}: {error}", core.name))
 }
 

@@ -23,7 +23,7 @@ fn judged(moved: &[Displacement], truth: &[f64]) -> [usize; 2] {
             origin = Some((moved.start, truth));
         }
         let since = truth - origin.unwrap().1;
-        if moved.verdict == Verdict::Good {
+        if moved.verdict.usable() <= Usable::WithinSigma {
             good += 1;
             wrong += usize::from((moved.metres.to_num::<f64>() - since).abs() > 0.25);
         }

@@ -247,14 +247,16 @@ fn joint_fits_on(machine: Machine, target: Target) {
             println!(
                 "{what}: {count} blocks the same, {instructions:.0} instructions a block, {verdicts} usable"
             );
-            if target == Target::M4f && effort == Effort::Full {
+            if target == Target::M4f && effort == Effort::THREE {
                 // As docs/performance.md says.
-                assert!((0.4e6..2.2e6).contains(&instructions));
+                assert!((0.1e6..0.6e6).contains(&instructions));
             }
             verdicts
         });
         let usable: Vec<usize> = looks.collect();
-        assert!(usable.is_sorted() && (count < 25 || usable[0] < usable[2]), "{usable:?}");
+        // The first look lets pass what one round leaves unresolved.
+        let [_, rounds @ ..] = &usable[..] else { panic!() };
+        assert!(rounds.is_sorted(), "{usable:?}");
     }
 }
 

@@ -124,10 +124,10 @@ fn mains() {
     }
 }
 
-/// Mains wander, and their harmonics are beside them: at full effort nine of ten blocks of 10 s and more are `good` or `moving`, as near to
-/// a third of the third harmonic as the best method for such a line, twice at most.
+/// Mains wander, and their harmonics are beside them: seven of eight blocks of 10 s and more are `good` or `moving`, as near to a third of the
+/// third harmonic as the best method for such a line, twice at most, and nearer with three rounds than with none.
 #[test]
-fn mains_at_full_effort() {
+fn mains_with_three_rounds() {
     const BLOCK: usize = 4096;
     let file = data("mains50_092_ref.wav");
     let truth = recordings::track("mains50_092_ref_track.csv", 2).unwrap();
@@ -145,9 +145,9 @@ fn mains_at_full_effort() {
             .collect();
         (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt()
     };
-    let one = picket_dsp::Effort::default();
+    let one = picket_dsp::Effort::LOOK;
     let best = rms(&blocks("grandke", one));
-    let shares = [one, picket_dsp::Effort::Full].map(|effort| {
+    let shares = [one, picket_dsp::Effort::THREE].map(|effort| {
         let all = blocks("least-squares-real", effort);
         let count = all.len() as f64;
         let usable: Vec<Answer> =
@@ -161,9 +161,10 @@ fn mains_at_full_effort() {
             best * 1e3
         );
         assert!(rms < 2.0 * best);
-        share
+        [share, rms]
     });
-    assert!(shares[1] >= 0.9 && shares[1] > shares[0], "{shares:?}");
+    let [[look, rough], [share, rms]] = shares;
+    assert!(share >= 0.875 && share >= look && rms < rough, "{shares:?}");
 }
 
 fn median(mut values: Vec<f64>) -> f64 {

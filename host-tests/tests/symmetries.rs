@@ -223,18 +223,21 @@ fn each_alike<'a, R: Record>(
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
+/// Sigmas. The joint fit is asked beyond a limit, and a cause joins it or is weighed beside it: a record at either limit moves by less.
+const MOVED: f64 = 0.25;
+
 #[test]
 fn a_mirrored_record_has_the_mirrored_answer() {
-    let right = |alike: &Alike| alike.other == 0 && alike.moved < 0.01;
+    let right = |alike: &Alike| alike.other == 0 && alike.moved < MOVED && alike.widened <= 5;
     each_alike::<Real>([&NEGATED], Holds::Tones, right);
     each_alike::<Iq>(std::iter::once(&NEGATED).chain(&MIRRORS), Holds::Tones, right);
 }
 
-/// What is rounded otherwise, and summed in another order. A test at its limit decides otherwise of one record in 2,500; of two tones so
-/// near that one fit holds both, up to 14 have another sigma.
+/// What is rounded otherwise, and summed in another order. A test at its limit decides otherwise of one record in 2,500, and one in 500 has
+/// another sigma.
 #[test]
 fn a_scaled_shifted_or_reversed_record_has_the_answer_of_the_record() {
-    let right = |alike: &Alike| alike.other <= 1 && alike.moved < 0.02 && alike.widened <= 15;
+    let right = |alike: &Alike| alike.other <= 1 && alike.moved < MOVED && alike.widened <= 5;
     each_alike::<Real>(&ROUNDED, Holds::Tones, right);
     each_alike::<Iq>(&ROUNDED, Holds::Tones, right);
 }

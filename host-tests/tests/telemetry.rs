@@ -96,7 +96,7 @@ fn any_record(sequence: u32, rng: &mut impl Rng) -> Telemetry {
         basis: rng.random::<bool>().then(|| Basis {
             settings: rng.random(),
             clock: Clock::from_u8(rng.random_range(0..3)).unwrap(),
-            effort: rng.random_range(0..3),
+            effort: rng.random_range(0..=3),
         }),
     }
 }

@@ -199,7 +199,8 @@ fn two_vehicles_are_two_tracks() {
 }
 
 /// Three vehicles before a 24 GHz radar, followed without any word about how they move: a tracked speed is within two of its sigma of a
-/// smooth curve in 90 % of the blocks and more, and beyond five in 2 % at most.
+/// smooth curve in 90 % of the blocks and more, and beyond five in 3 % at most. A body has many parts, of which a joint fit tells the strongest
+/// from the others: the first look alone has the body's own scatter.
 #[test]
 fn vehicles_have_smooth_speeds() {
     let mut wrong = Vec::new();
@@ -209,7 +210,8 @@ fn vehicles_have_smooth_speeds() {
     ] {
         let file = host_tests::data(name);
         for n in [1024, 2048] {
-            let pursuit = pursuit(rate_hz, n, band_hz, one());
+            let effort = picket_dsp::Effort::LOOK;
+            let pursuit = Pursuit { effort, ..pursuit(rate_hz, n, band_hz, one()) };
             let mut seen: Vec<Sighting> = Vec::new();
             let trails = follow::run(&file, &pursuit, &mut |s| seen.push(*s), &mut |_| ()).unwrap();
             let mut ratios = Vec::new();
@@ -228,7 +230,7 @@ fn vehicles_have_smooth_speeds() {
                 share(2.0),
                 share(5.0)
             );
-            if ratios.len() < 150 || share(2.0) < 0.9 || share(5.0) < 0.98 {
+            if ratios.len() < 150 || share(2.0) < 0.9 || share(5.0) < 0.97 {
                 wrong.push(format!("{name}, N {n}"));
             }
         }

@@ -17,6 +17,7 @@ struct Case {
     scene: &'static str,
     verdict: &'static str,
     fired: &'static [&'static str],
+    effort: &'static str,
 }
 
 const CASES: [Case; 6] = [
@@ -26,6 +27,7 @@ const CASES: [Case; 6] = [
         scene: r#""sources": [{"tone": {"frequency_hz": 4701.5, "amplitude": 9000}}], "receiver": {"noise": {"rms": 90}}"#,
         verdict: "good",
         fired: &[],
+        effort: "3",
     },
     Case {
         // Its frequency rises by a bin in every block.
@@ -34,7 +36,8 @@ const CASES: [Case; 6] = [
         scene: r#""sources": [{"tone": {"frequency_hz": 4701.5, "amplitude": 9000, "changes": [{"chirp": {"hz_per_s": 2197}}]}}],
             "receiver": {"noise": {"rms": 90}}"#,
         verdict: "moving",
-        fired: &["moves", "steady"],
+        fired: &["line", "steady"],
+        effort: "3",
     },
     Case {
         name: "two",
@@ -43,6 +46,7 @@ const CASES: [Case; 6] = [
             "receiver": {"noise": {"rms": 90}}"#,
         verdict: "unresolved",
         fired: &["unexplained-8", "share", "alone"],
+        effort: "0",
     },
     Case {
         name: "image",
@@ -51,6 +55,7 @@ const CASES: [Case; 6] = [
             "receiver": {"iq": true, "dead": 1, "noise": {"rms": 90}}"#,
         verdict: "image",
         fired: &["image-share", "image-noise", "image"],
+        effort: "3",
     },
     Case {
         name: "clipped",
@@ -58,6 +63,7 @@ const CASES: [Case; 6] = [
         scene: r#""sources": [{"tone": {"frequency_hz": 4701.5, "amplitude": 34000}}], "receiver": {"noise": {"rms": 90}}"#,
         verdict: "clipped",
         fired: &["clipped"],
+        effort: "3",
     },
     Case {
         name: "noise",
@@ -65,6 +71,7 @@ const CASES: [Case; 6] = [
         scene: r#""receiver": {"noise": {"rms": 900}}"#,
         verdict: "weak",
         fired: &["floor", "detection"],
+        effort: "3",
     },
 ];
 
@@ -85,7 +92,10 @@ fn the_verdict_is_that_of_the_analysis_and_the_test_behind_it_is_named() {
         let path = recording(case, "verdict");
         for arithmetic in ["target", "target-fixed"] {
             let kind: &[&str] = if case.iq { &["--iq"] } else { &[] };
-            let common = [&[&*path, "--arith", arithmetic, "--json", "--n", "1024"], kind].concat();
+            let effort = ["--effort", case.effort];
+            let common =
+                [&[&*path, "--arith", arithmetic, "--json", "--n", "1024"], &effort[..], kind]
+                    .concat();
             let answers = lines(ANALYZE, &common);
             // The last line is the summary.
             assert_eq!(answers.len(), BLOCKS + 1);
@@ -136,7 +146,7 @@ fn people_read_a_table_and_see_a_picture() {
         text.starts_with("block 1: ") && text.contains("moving: The tone's frequency"),
         "{text}"
     );
-    assert!(text.contains("consequence") && text.contains("it changes within the block"), "{text}");
+    assert!(text.contains("consequence") && text.contains("joined the fit"), "{text}");
     let picture = fs::read_to_string(picture).unwrap();
     for series in ["the fitted tone", "what the fit leaves", "noise beside the tone"] {
         assert!(picture.contains(series), "{series}");

@@ -50,8 +50,8 @@ fn eight_bits() {
     for arithmetic in ["target", "target-fixed"] {
         for line in &lines(ANALYZE, &[&half, "--arith", arithmetic, "--json"])[..4] {
             let number = |key: &str| line[key].as_f64().unwrap();
-            // The noise beside the tone is less than the lines that its rounding makes elsewhere.
-            assert!((number("snr_db") - 43.9).abs() < 5.0, "{arithmetic}: {line}");
+            // The noise beside the tone is less than the lines that its rounding makes elsewhere, and those beside it are lines of the fit.
+            assert!((number("snr_db") - 43.9).abs() < 6.0, "{arithmetic}: {line}");
             let error = number("frequency_hz") - 8000.0 * 0.123_456;
             assert!(error.abs() < 4.0 * number("sigma_hz"), "{arithmetic}: {line}");
             assert_eq!(line["verdict"], "good", "{arithmetic}");

@@ -136,7 +136,7 @@ fn the_tones_of_a_block_are_shown() {
     let told =
         |row: &serde_json::Value| ["settings", "clock", "effort"].map(|key| row[key].clone());
     assert!(told(&rows[0]).iter().all(serde_json::Value::is_null), "{}", rows[0]);
-    assert_eq!(told(&rows[1]), ["00c0ffee", "internal", "look"].map(serde_json::Value::from));
+    assert_eq!(told(&rows[1]), ["00c0ffee", "internal", "1"].map(serde_json::Value::from));
     let lines: Vec<_> = lines.into_iter().filter(|line| line["line"] == 2).collect();
     assert_eq!(lines.len(), 3);
     assert_eq!(lines[1]["sequence"], 1);

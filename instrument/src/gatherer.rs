@@ -1,7 +1,7 @@
 //! Sums of blocks, and bursts in the stream.
 
 use crate::either::Idle;
-use crate::meter::{BURSTS, Gathered, Meter};
+use crate::meter::{Gathered, Meter};
 use core::mem;
 use heapless::Vec;
 use picket_dsp::accumulate::Accumulator;
@@ -25,22 +25,26 @@ pub struct Gatherer<R: Record, const N: usize> {
 }
 
 impl<R: Record, const N: usize> Gatherer<R, N> {
-    /// The bursts that a block completes.
-    fn bursts(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) -> Gathered {
-        let mut bursts = Vec::<Burst, BURSTS>::new();
-        let number = &mut self.number;
-        self.processor.block(stamp, samples, |&burst| {
+    /// Keeps the bursts that a block completes.
+    #[inline(never)] // their room on the stack is not beside a block's
+    fn bursts(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) {
+        let Self { gathered, number, processor, .. } = self;
+        *gathered = Gathered::Bursts(Vec::new());
+        let Gathered::Bursts(bursts) = gathered else { return };
+        processor.block(stamp, samples, |&burst| {
             // A burst without room leaves a hole in the numbers.
             let _ = bursts.push(Burst { number: *number, burst, ..Burst::default() });
             *number = number.wrapping_add(1);
         });
-        let counters = *self.processor.counters();
-        let pipeline = self.processor.pipeline();
-        for burst in &mut bursts {
+        let counters = *processor.counters();
+        let pipeline = processor.pipeline();
+        for burst in bursts.iter_mut() {
             burst.result = pipeline.outcome(&burst.burst.tone);
             burst.counters = counters;
         }
-        if bursts.is_empty() { Gathered::Nothing } else { Gathered::Bursts(bursts) }
+        if bursts.is_empty() {
+            *gathered = Gathered::Nothing;
+        }
     }
 }
 
@@ -75,9 +79,10 @@ impl<R: Record, const N: usize> Meter<R, N> for Gatherer<R, N> {
         }
     }
 
+    #[inline(never)] // once in an image, not in each place that measures
     fn block(&mut self, stamp: &Stamp, samples: &mut [R::Sample; N]) -> Measurement {
         if let Mode::Bursts(_) = self.mode {
-            self.gathered = self.bursts(stamp, samples);
+            self.bursts(stamp, samples);
             return Measurement { stamp: *stamp, ..Measurement::default() };
         }
         let pipeline = self.processor.pipeline();

@@ -256,6 +256,12 @@ where
         let before = port.ticks();
         port.correct(&mut block.slot);
         let measured = self.meters.block::<N, SLOT>(&mut block, guard);
+        self.tell(port, block, measured, before);
+    }
+
+    /// Tells of a block whose measurement began at a tick.
+    #[inline(never)] // the room of what is told is not beside the measurement's
+    fn tell(&mut self, port: &mut P, block: Block<Slot<SLOT>>, measured: Measurement, before: u32) {
         let gathered = self.meters.gathered::<N>();
         let mut measurement = measured;
         port.widen(&mut measurement);
@@ -355,7 +361,7 @@ where
             return;
         }
         let (settings, clock) = (self.boot.settings, self.boot.clock);
-        let effort = self.plan.plan.options.effort.number();
+        let effort = self.plan.plan.options.effort.available().rounds();
         let basis = Some(Basis { settings, clock, effort });
         self.send(port, &Telemetry { measurement, method, health, basis }.to_frame());
         if let Some(sum) = sum {

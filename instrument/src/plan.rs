@@ -65,7 +65,7 @@ impl<const N: usize> Plan<N> {
     /// The basis of the measurements, for their records.
     pub fn basis(&self, clock: Clock) -> Basis {
         let settings = checksum::of_bytes(&self.settings.to_bytes(N));
-        Basis { settings, clock, effort: self.plan.options.effort.number() }
+        Basis { settings, clock, effort: self.plan.options.effort.available().rounds() }
     }
 
     /// Checks settings for a board that can neither make a chirp nor follow one, and whose worst block is not known.
@@ -83,7 +83,7 @@ impl<const N: usize> Plan<N> {
 }
 
 /// Checks that a block of `cycles` holds the worst block that is known, where the settings want that. `worst` has the cycles of that block
-/// at the efforts `look` and `one`, `None` where it is not known; `target` has the cycles for the target of a sawtooth. The
+/// with 0 rounds and with 2, `None` where it is not known; `target` has the cycles for the target of a sawtooth. The
 /// searches know one tone of a block, by least squares. The lines that a triangle and a trapezoid look for beside it are not searched.
 ///
 /// # Errors
@@ -100,8 +100,8 @@ pub fn check_worst(
     let alone = alone && settings.segments() == 1;
     let most = match (worst, effort) {
         _ if !settings.worst_case => return Ok(()),
-        (Some([look, _]), Effort::Look) if usual && alone && following.most == 0 => look,
-        (Some([_, one]), Effort::One) if usual && alone && following.most == 0 => one,
+        (Some([look, _]), Effort::LOOK) if usual && alone && following.most == 0 => look,
+        (Some([_, two]), Effort::ONE | Effort::TWO) if usual && alone && following.most == 0 => two,
         _ => return Err(SettingsError::Rate(RateError::Unsearched)),
     };
     let target = if matches!(scene, Scene::Chirp(_)) { target } else { 0 };

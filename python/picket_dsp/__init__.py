@@ -112,7 +112,7 @@ def _kind(scene):
 class _Front:
     """What a pipeline and a tracker have in common: a configuration, and how samples become the converter's codes."""
 
-    def __init__(self, n, rate_hz, codes, iq, band_hz, scene, false_alarm, engine, arithmetic, effort="one", following=None, carrier=(0.0, 0.0)):
+    def __init__(self, n, rate_hz, codes, iq, band_hz, scene, false_alarm, engine, arithmetic, effort=3, following=None, carrier=(0.0, 0.0)):
         if rate_hz is None:
             raise ValueError("rate_hz is not given: add the converter's samples per second")
         self._n, self._rate_hz, self._iq, self._scene_kind = int(n), float(rate_hz), bool(iq), _kind(scene)
@@ -235,8 +235,8 @@ class Pipeline(_Front):
     false_alarm: probability that a block of noise passes for a tone.
     engine: the transform: "i32" or "f32".
     arithmetic: "float", or "fixed" as on a core without a floating-point unit.
-    effort: what is done for a line that is no steady tone: at "look" tests on one fit, at "one" all its steps and one more fit beside a drift,
-        as boards do unless told otherwise, at "full" a joint fit with three causes at most. Fewer blocks are unresolved then. `lines` is the same at every effort.
+    effort: the most rounds of the joint fit for a line that is no steady tone, 0 to 3: each joins one cause. Fewer blocks are unresolved with more.
+        A board has 2 unless told otherwise. `lines` is the same at every effort.
     linewidth_hz: the laser's linewidth, full width at half maximum; envelope_hz: the bandwidth of the echo's envelope, as of speckle,
         likewise. Sigma covers both.
 
@@ -245,7 +245,7 @@ class Pipeline(_Front):
 
     def __init__(
         self, n=1024, rate_hz=None, codes=12, iq=False, band_hz=None, scene=None, *, false_alarm=None, engine="i32", arithmetic="float",
-        effort="one", linewidth_hz=0.0, envelope_hz=0.0,
+        effort=3, linewidth_hz=0.0, envelope_hz=0.0,
     ):
         carrier = (float(linewidth_hz), float(envelope_hz))
         super().__init__(n, rate_hz, codes, iq, band_hz, scene, false_alarm, engine, arithmetic, effort, carrier=carrier)
@@ -306,7 +306,7 @@ class Tracker(_Front):
 
     def __init__(
         self, n=1024, rate_hz=None, codes=12, iq=False, band_hz=None, scene=None, *, most=1, rate_bins=2.0, refresh=0,
-        false_alarm=None, arithmetic="float", effort="one", linewidth_hz=0.0, envelope_hz=0.0,
+        false_alarm=None, arithmetic="float", effort=3, linewidth_hz=0.0, envelope_hz=0.0,
     ):
         if not 1 <= int(most) <= 4:
             raise ValueError("most is 1 to 4")

@@ -43,7 +43,7 @@ class Pipeline:
         false_alarm: float | None = ...,
         engine: Literal["i32", "f32"] = ...,
         arithmetic: Literal["float", "fixed"] = ...,
-        effort: Literal["look", "one", "full"] = ...,
+        effort: Literal[0, 1, 2, 3] = ...,
     ) -> None: ...
     @property
     def n(self) -> int: ...
@@ -68,7 +68,7 @@ class Tracker:
         refresh: int = ...,
         false_alarm: float | None = ...,
         arithmetic: Literal["float", "fixed"] = ...,
-        effort: Literal["look", "one", "full"] = ...,
+        effort: Literal[0, 1, 2, 3] = ...,
     ) -> None: ...
     @property
     def n(self) -> int: ...

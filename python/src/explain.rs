@@ -36,7 +36,6 @@ impl Observer for Notes {
         *self.fit.borrow_mut() = match step {
             Step::Usual => "usual",
             Step::Further => "more steps",
-            Step::BesideDrift => "beside a drift",
         };
     }
 

@@ -86,7 +86,7 @@ impl Native {
         iq: bool,
         engine: &str,
         arithmetic: &str,
-        effort: &str,
+        effort: u8,
         band_hz: Option<(f64, f64)>,
         false_alarm: Option<f64>,
         scene: Option<SceneTerms>,
@@ -100,8 +100,9 @@ impl Native {
             "fixed" => Arithmetic::Fixed,
             _ => return Err(wrong(format!("arithmetic is float or fixed, not {arithmetic}"))),
         };
-        config.effort = Effort::from_name(effort)
-            .ok_or_else(|| wrong(format!("effort is look, one or full, not {effort}")))?;
+        config.effort = Effort::from_rounds(effort).ok_or_else(|| {
+            wrong(format!("effort is a number of rounds from 0 to 3, not {effort}"))
+        })?;
         let transform = match engine {
             "i32" => Transform::I32,
             "f32" => Transform::F32,

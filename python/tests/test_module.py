@@ -121,7 +121,7 @@ def test_verdicts_are_told():
         ({"codes": (0, 70000)}, None, "16 bits"),
         ({"engine": "i64"}, None, "i32 or f32"),
         ({"arithmetic": "f64"}, None, "float or fixed"),
-        ({"effort": "most"}, None, "look, one or full"),
+        ({"effort": 4}, None, "0 to 3"),
         ({"false_alarm": 2.0}, None, "false-alarm probability"),
         ({"linewidth_hz": -1.0}, None, "linewidth and envelope"),
         ({"scene": "radar"}, None, "Doppler or a Chirp"),
@@ -345,15 +345,15 @@ def test_more_effort_resolves_more():
     bins = 1024 / (2 * np.pi)
     noise = np.random.default_rng(5).normal(0, 10, n.size)
     samples = np.round(900 * np.sin(100.3 / bins * n) + 500 * np.sin(105.1 / bins * n) + noise)
-    rows = {effort: Pipeline(rate_hz=1024, effort=effort).blocks(samples) for effort in ["look", "one", "full"]}
+    rows = {effort: Pipeline(rate_hz=1024, effort=effort).blocks(samples) for effort in range(4)}
     resolved = {effort: (found["verdict"] != "unresolved").mean() for effort, found in rows.items()}
-    assert resolved["look"] < 0.5 and resolved["full"] == 1.0 and resolved["look"] <= resolved["one"] <= resolved["full"]
-    found = rows["full"]
+    assert resolved[0] < 0.5 and resolved[3] == 1.0 and resolved[0] <= resolved[1] <= resolved[2] <= resolved[3]
+    found = rows[3]
     errors = (found["frequency_hz"] - 100.3) / found["sigma_hz"]
     assert np.abs(errors).max() < 5 and 0.7 < np.sqrt((errors**2).mean()) < 1.3
-    causes = Pipeline(rate_hz=48e3, effort="full").explain(samples[:1024])
+    causes = Pipeline(rate_hz=48e3, effort=3).explain(samples[:1024])
     assert list(causes["outcome"][(causes["fit"] == "joint") & (causes["test"] == "line")]) == ["joined the fit", "steady"]
-    assert same(Pipeline(rate_hz=48e3, effort="full").blocks(tone(4096)), Pipeline(rate_hz=48e3).blocks(tone(4096)))
+    assert same(Pipeline(rate_hz=48e3, effort=3).blocks(tone(4096)), Pipeline(rate_hz=48e3).blocks(tone(4096)))
 
 
 def test_a_stated_width_is_in_sigma():

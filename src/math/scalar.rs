@@ -158,6 +158,12 @@ pub(crate) fn inverses<T: Scalar>([a, b, c, d]: [T; 4]) -> [T; 4] {
     [b * one_ab, a * one_ab, d * one_cd, c * one_cd]
 }
 
+/// The larger number; `b` if `a` is NaN. Three instructions, where a library's is a call.
+#[inline(always)]
+pub(crate) fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
 #[cfg(not(any(short_products, all(target_os = "none", target_abi = "eabihf"))))]
 fn root_f32(x: f32) -> f32 {
     libm::sqrtf(x)

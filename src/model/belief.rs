@@ -1,7 +1,6 @@
 //! The joint probability of hypotheses, and the frequency that they give.
 
-use super::leftover::exponential;
-use crate::math::scalar::Scalar as _;
+use super::logarithm::{exp, ln};
 
 /// The weight of hypotheses, as a logarithm, with mean and variance of the offset in bins.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,38 +22,32 @@ impl Belief {
         Self { log: self.log + log, ..self }
     }
 
-    /// The belief in either of two hypotheses.
-    pub fn or(self, other: Self) -> Self {
-        /// A share below 1e-9 changes nothing.
-        const NOTHING: f32 = -20.0;
-        let (more, less) = if self.log >= other.log { (self, other) } else { (other, self) };
-        let behind = less.log - more.log;
-        // If one is impossible, or NaN, the result is the other.
-        if behind.is_nan() || behind <= NOTHING {
-            return more;
+    /// The belief in any of these hypotheses. Those with less than a thousandth of the best one's weight do not count.
+    pub fn any(all: &[Self]) -> Self {
+        const LOST: f32 = 7.0;
+        let mut best = Self::NEVER;
+        for belief in all {
+            if belief.log > best.log {
+                best = *belief;
+            }
         }
-        let share = exponential(behind);
-        let part = share / (1.0 + share);
-        let apart = less.offset - more.offset;
+        if best.log == f32::NEG_INFINITY {
+            return best;
+        }
+        // Relative to the best: offsets are much larger than their deviations.
+        let (mut sum, mut mean, mut square) = (0.0, 0.0, 0.0);
+        for belief in all.iter().filter(|belief| belief.log > best.log - LOST) {
+            let (weight, apart) = (exp(belief.log - best.log), belief.offset - best.offset);
+            sum += weight;
+            mean += weight * apart;
+            square += weight * (belief.variance + apart * apart);
+        }
+        let over = 1.0 / sum;
+        let mean = mean * over;
         Self {
-            log: more.log + (1.0 + share).log_e(),
-            offset: more.offset + part * apart,
-            variance: more.variance
-                + part * (less.variance - more.variance)
-                + part * (1.0 - part) * apart * apart,
+            log: best.log + ln(sum),
+            offset: best.offset + mean,
+            variance: square * over - mean * mean,
         }
     }
-}
-
-/// The number of sizes of a cause, each 16 times the variance of the one below, from the noise's variance to `most`; and the logarithm of
-/// this number.
-pub fn sizes(most: f32) -> (i32, f32) {
-    let power = (most.clamp(1.0, 1e12).to_bits() >> 23) as i32 - 127;
-    let count = 1 + power / 4;
-    (count, (count as f32).log_e())
-}
-
-/// The variance of the size with this number: `16^number`.
-pub fn size(number: i32) -> f32 {
-    f32::two_to(4 * number)
 }

@@ -38,8 +38,8 @@ fn is_detected(
     answer.line.norm_sqr() > here * limit
 }
 
-/// The joint fit's answer for a line that is not a steady tone, and its noise power per sample; `None` if the effort has no joint fit, or
-/// nothing can be fitted. The answer is unresolved if the line does not exceed this noise.
+/// The joint fit's answer for a line that is not a steady tone, its noise power per sample, and whether the line exceeds this noise: if
+/// not, the answer is unresolved. `None` if the effort has no round, or nothing can be fitted.
 #[inline(never)]
 pub fn joint(
     near: &Neighbourhood,
@@ -48,16 +48,20 @@ pub fn joint(
     threshold: Threshold,
     effort: Effort,
     bends: bool,
-) -> Option<(Answer, f32)> {
-    let most = effort.causes()?;
+) -> Option<(Answer, f32, bool)> {
+    let most = usize::from(effort.available().rounds());
+    if most == 0 {
+        return None;
+    }
     let noise = noise_of(near, fit, beside);
     let mut answer = measure(&window_of(near), &noise, fit.offset, most, bends);
     // A variance that is NaN is invalid, and an offset beyond the bins beside the peak belongs to another line.
-    let found = answer.variance > 0.0
-        && answer.offset.abs() < FARTHEST
-        && is_detected(near, beside, &noise, &answer, threshold);
+    if !(answer.variance > 0.0 && answer.offset.abs() < FARTHEST) {
+        return None;
+    }
+    let found = is_detected(near, beside, &noise, &answer, threshold);
     answer.unresolved |= !found;
-    Some((answer, noise.power * answer.scale / near.n as f32))
+    Some((answer, noise.power * answer.scale / near.n as f32, found))
 }
 
 /// Bins from the peak: the joint fit accepts no larger offset.

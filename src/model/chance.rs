@@ -1,6 +1,6 @@
 //! The frequency of chance events in noise alone.
 
-use crate::math::scalar::Scalar as _;
+use crate::math::scalar::{Scalar as _, larger};
 
 /// The ratio of two mean squares, with these degrees of freedom, that noise exceeds as often as a normal number exceeds `deviations`. The
 /// ratio follows Fisher's distribution, whose cube root is nearly normal (Wilson and Hilferty 1931).
@@ -9,7 +9,7 @@ pub fn ratio(deviations: f32, free: f32, noise: f32) -> f32 {
     let (mean, other, square) = (1.0 - a, 1.0 - b, deviations * deviations);
     let below = other * other - square * b;
     let inside = a * other * other + b * mean * mean - a * b * square;
-    let root = (mean * other + deviations * inside.max(0.0).root()) / below;
+    let root = (mean * other + deviations * larger(inside, 0.0).root()) / below;
     if below > 0.0 { root * root * root } else { f32::INFINITY }
 }
 

@@ -5,11 +5,12 @@
 //! | [`NOTHING_MORE`] | the prior probability that nothing beside the tone is there | `round` |
 //! | [`LOUDER`], [`LOUDER_RANGE`] | the prior that the noise at the tone is louder than the ring's | `leftover` |
 //! | [`KEPT_AT`] | the odds at which a cause joins the fit | `round` |
-//! | [`CHANCE`] | the probability from which noise alone is called impossible | `round` |
-//! | [`PEAK`] | the probability of a noise peak that is tried as a line | `beside` |
+//! | [`UNLIKELY`] | the probability below which a loud residual is not called noise | `mod` |
+//! | [`CHANCE`], [`ODD`] | the probability from which noise alone is called impossible, and unlikely | `joint` |
+//! | [`PEAK`] | the probability of a noise peak that is tried as a line | `far` |
 //! | [`NEAR`] | the distance from which another line is no longer a change of the tone | `round` |
-//! | [`ORDERS`], [`SMOOTH`] | the fastest change | `moments`, `joint` |
-//! | [`ROUNDS`], [`LINES`], [`PEAKS`], [`STEPS`] | limits of effort | `round`, `joint` |
+//! | [`ORDERS`] | the fastest change | `envelope` |
+//! | [`ROUNDS`], [`LINES`], [`PEAKS`] | limits of effort | `far`, `joint` |
 
 /// Bins on each side of the peak.
 pub const REACH: usize = 16;
@@ -29,6 +30,9 @@ pub const LOUDER_RANGE: f32 = 9.0;
 /// inequality).
 pub const KEPT_AT: f32 = 100.0;
 
+/// The probability of `nothing more` below which a loud residual that no cause explains is not called noise.
+pub const UNLIKELY: f32 = 0.05;
+
 /// The probability with which noise alone may leave more beside the tone than away from it before the excess is called something other than
 /// noise. In standard deviations of a normal distribution: 1e-6.
 pub const CHANCE: f32 = 4.753_424;
@@ -37,30 +41,30 @@ pub const CHANCE: f32 = 4.753_424;
 /// limit of the moments' sight.
 pub const NEAR: f32 = 1.5;
 
-/// The orders of the moments beside order 0.
+/// Noise alone leaves more than this in a twelfth of all blocks: in standard deviations of a normal distribution. A residual beyond it is
+/// weighed once more.
+pub const ODD: f32 = 1.4;
+
+/// The orders of a tone's envelope beside order 0.
 pub const ORDERS: usize = 8;
-/// The orders of amplitude and of phase that join the fit if a change is kept.
-pub const SMOOTH: usize = 6;
+/// All orders of an envelope.
+pub const P: usize = ORDERS + 1;
 
 /// The most causes that join the fit.
-pub const ROUNDS: usize = 3;
-/// The most lines that may join: a pair of sidebands each time.
-pub const LINES: usize = 2 * ROUNDS;
+pub const ROUNDS: u8 = 3;
+/// The most lines beside the tone that have columns of their own: a pair a round.
+pub const LINES: usize = 2 * ROUNDS as usize;
 /// A peak of the residual is tried as a line if noise as loud as the ring has such a peak in at most a quarter of all windows: the normal
 /// deviation with a 33rd of this probability.
 pub const PEAK: f32 = 2.427;
 /// The peaks of the residual that are tried as lines.
 pub const PEAKS: usize = 2;
-/// The most steps of one fit.
-pub const STEPS: usize = 4;
 
 /// The number of causes.
-pub const CAUSES: usize = 7;
+pub const CAUSES: usize = 5;
 
 /// Within this many bins of an end of a real spectrum the mirror image is as strong as the moments.
 pub const EDGE: i32 = 4;
-/// Slow terms matter to real tones up to this bin.
-pub const SLOW_TO: i32 = 48;
 
 /// A random walk's variances along unit Legendre functions of order 1 and up: `5 / ((2 p - 1) (2 p + 3))`, so that order 1 has 1.
 pub const WALK: [f32; ORDERS] = {
@@ -77,7 +81,7 @@ pub const WALK: [f32; ORDERS] = {
 };
 
 /// `sqrt(2 p + 1)` for order 0 and up: the length of Legendre's functions.
-pub const LENGTHS: [f32; ORDERS + 1] = [
+pub const LENGTHS: [f32; P] = [
     1.0,
     1.732_050_8,
     2.236_068,
@@ -87,6 +91,18 @@ pub const LENGTHS: [f32; ORDERS + 1] = [
     3.605_551_2,
     3.872_983_5,
     4.123_105_6,
+];
+
+/// Multiplication by time takes unit Legendre functions of order p - 1 and p to each other by `p / sqrt(4 p^2 - 1)`: from p = 1 on.
+pub const TIME: [f32; ORDERS] = [
+    0.577_350_27,
+    0.516_397_8,
+    0.507_092_55,
+    0.503_952_6,
+    0.502_518_9,
+    0.501_745_3,
+    0.501_280_4,
+    0.500_979_3,
 ];
 
 /// Close lines are tried at these distances on each side, a quarter of a bin apart.
@@ -153,28 +169,5 @@ pub const CLOSE: [[f32; ORDERS]; 6] = [
         1.344_288_1e-1,
         5.006_813_3e-2,
         1.593_902_7e-2,
-    ],
-];
-
-/// Leakage of a line 17 to 120 bins off has bins `(-1)^i / (d - i)`: its four principal components over the window, each with its size over
-/// the first. From the middle on: they are even, odd, even and odd.
-pub const LEAKS: [[f32; REACH + 1]; 4] = [
-    [
-        0.131416, -0.131623, 0.132251, -0.133317, 0.134852, -0.136904, 0.139540, -0.142856,
-        0.146986, -0.152124, 0.158551, -0.166700, 0.177268, -0.191465, 0.211651, -0.243280,
-        0.303697,
-    ],
-    [
-        0.0, 0.004624, -0.009316, 0.014146, -0.019194, 0.024551, -0.030331, 0.036676, -0.043776,
-        0.051893, -0.061405, 0.072888, -0.087275, 0.106209, -0.132945, 0.175182, -0.258076,
-    ],
-    [
-        0.032984, -0.032913, 0.032696, -0.032321, 0.031766, -0.030998, 0.029966, -0.028598,
-        0.026786, -0.024369, 0.021095, -0.016559, 0.010060, -0.000290, -0.015503, 0.044252,
-        -0.110203,
-    ],
-    [
-        0.0, 0.001785, -0.003571, 0.005360, -0.007150, 0.008939, -0.010718, 0.012471, -0.014165,
-        0.015747, -0.017117, 0.018092, -0.018316, 0.017046, -0.012552, 0.000001, 0.039296,
     ],
 ];

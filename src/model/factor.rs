@@ -1,18 +1,13 @@
-//! Linear equations with a symmetric, positive matrix, by the matrix's Cholesky factor.
+//! Linear equations with a symmetric, positive matrix, by the matrix's Cholesky factor, which grows row by row.
 
-use crate::math::scalar::Scalar as _;
+use crate::math::scalar::{Scalar as _, larger};
 
-/// Rows of a square matrix; only the lower triangle counts.
-pub type Rows<const M: usize> = [[f32; M]; M];
-
-/// Cholesky's factor L of a matrix `S L L' S`, with the roots of its diagonal in S, so that columns of any size are alike.
+/// Cholesky's factor of a matrix of at most `M` rows.
 #[derive(Clone, Debug)]
 pub struct Factor<const M: usize> {
-    lower: Rows<M>,
-    /// The reciprocals of the diagonal of L, and of the diagonal of S.
-    pivots: [f32; M],
-    scales: [f32; M],
-    /// The rows that count.
+    lower: [[f32; M]; M],
+    /// The reciprocals of the diagonal.
+    over: [f32; M],
     count: usize,
 }
 
@@ -21,99 +16,79 @@ const RIDGE: f32 = 1e-6;
 
 impl<const M: usize> Factor<M> {
     /// The factor of an empty matrix.
-    pub const NONE: Self =
-        Self { lower: [[0.0; M]; M], pivots: [1.0; M], scales: [0.0; M], count: 0 };
-
-    /// The factor of the first `count` rows of a matrix. Vectors are used up to this length, too.
-    pub fn from_rows(rows: &Rows<M>, count: usize) -> Self {
-        let mut factor = Self::NONE;
-        factor.lower = *rows;
-        factor.set(count);
-        factor
+    pub const fn new() -> Self {
+        Self { lower: [[0.0; M]; M], over: [1.0; M], count: 0 }
     }
 
-    /// The rows, to be filled before [`Factor::set`].
-    pub fn rows(&mut self) -> &mut Rows<M> {
-        &mut self.lower
+    /// Begins another matrix.
+    pub fn clear(&mut self) {
+        self.count = 0;
     }
 
-    /// Factors the first `count` of its rows.
-    pub fn set(&mut self, count: usize) {
-        self.count = M.min(count);
-        let Self { lower, pivots, scales, count } = self;
-        for (i, (row, scale)) in lower.iter().zip(scales.iter_mut()).take(*count).enumerate() {
-            let own = row.get(i).copied().unwrap_or(0.0);
-            *scale = if own > 1e-30 { 1.0 / own.root() } else { 0.0 };
-        }
-        for i in 0..*count {
-            let Some((above, [row, ..])) = lower.split_at_mut_checked(i) else { break };
-            let mine = scales.get(i).copied().unwrap_or(0.0);
-            for (j, other) in above.iter().enumerate() {
-                let theirs = scales.get(j).copied().unwrap_or(0.0);
-                let pivot = pivots.get(j).copied().unwrap_or(0.0);
-                if let Some((done, [value, ..])) = row.split_at_mut_checked(j) {
-                    let sum: f32 = done.iter().zip(other).map(|(a, b)| a * b).sum();
-                    *value = (*value * mine * theirs - sum) * pivot;
-                }
-            }
-            let Some((done, [value, ..])) = row.split_at_mut_checked(i) else { break };
-            let own = 1.0 + RIDGE - done.iter().map(|a| a * a).sum::<f32>();
-            let root = own.max(RIDGE).root();
-            *value = root;
-            if let Some(pivot) = pivots.get_mut(i) {
-                *pivot = 1.0 / root;
-            }
+    /// The number of rows.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The reciprocals of the factor's diagonal.
+    pub fn over(&self) -> &[f32; M] {
+        &self.over
+    }
+
+    /// Adds a row: the products with the rows before, and on the diagonal `own` and a prior's precision.
+    #[inline(always)]
+    pub fn push(&mut self, own: f32, prior: f32, products: impl IntoIterator<Item = f32>) {
+        let Self { lower, over, count } = self;
+        let Some((above, [row, ..])) = lower.split_at_mut_checked(*count) else { return };
+        row.iter_mut().zip(products).take(above.len()).for_each(|(cell, value)| *cell = value);
+        let taken = forward(above, over, row);
+        let left = own * (1.0 + RIDGE) + prior - taken;
+        let root = larger(left, larger(RIDGE * own, 1e-30)).root();
+        if let Some((cell, over)) = row.get_mut(*count).zip(over.get_mut(*count)) {
+            (*cell, *over) = (root, 1.0 / root);
+            *count += 1;
         }
     }
 
-    /// `L^-1 S^-1 v`: its square is `v' A^-1 v`.
-    pub fn forward(&self, v: &[f32; M]) -> [f32; M] {
-        let mut out = [0.0; M];
-        for (i, row) in self.lower.iter().take(self.count).enumerate() {
-            let at = |values: &[f32; M]| values.get(i).copied().unwrap_or(0.0);
-            if let Some((done, [value, ..])) = out.split_at_mut_checked(i) {
-                let sum: f32 = done.iter().zip(row).map(|(a, b)| a * b).sum();
-                *value = (at(v) * at(&self.scales) - sum) * at(&self.pivots);
-            }
-        }
-        out
+    /// `L^-1 v` in place; returns its square, `v' A^-1 v`.
+    pub fn forward(&self, v: &mut [f32; M]) -> f32 {
+        forward(self.lower.get(..self.count).unwrap_or_default(), &self.over, v)
     }
 
-    /// `S^-1 L^-T v`: after [`Factor::forward`] the solution.
-    pub fn backward(&self, v: &[f32; M]) -> [f32; M] {
-        let mut rest = *v;
-        for i in (0..self.count).rev() {
-            let at = |values: &[f32; M]| values.get(i).copied().unwrap_or(0.0);
-            let value = at(&rest) * at(&self.pivots);
-            if let (Some(row), Some((done, left))) =
-                (self.lower.get(i), rest.split_at_mut_checked(i))
-            {
+    /// `L^-T v` in place: after [`Factor::forward`] the solution.
+    pub fn backward(&self, v: &mut [f32; M]) {
+        let rows = self.lower.iter().zip(&self.over).enumerate().take(self.count);
+        for (i, (row, over)) in rows.rev() {
+            if let Some((done, [value, ..])) = v.split_at_mut_checked(i) {
+                *value *= over;
                 for (rest, a) in done.iter_mut().zip(row) {
-                    *rest -= a * value;
-                }
-                if let Some(last) = left.first_mut() {
-                    *last = value;
+                    *rest -= a * *value;
                 }
             }
         }
-        for (i, value) in rest.iter_mut().enumerate() {
-            let scale = self.scales.get(i).filter(|_| i < self.count);
-            *value *= scale.copied().unwrap_or(0.0);
-        }
-        rest
     }
 
-    /// The logarithm of the determinant of the first `count` rows.
-    pub fn log_determinant(&self) -> f32 {
-        let pivots = self.pivots.iter().zip(&self.scales).take(self.count);
-        let logs = pivots.filter(|(_, scale)| **scale > 0.0);
-        logs.map(|(pivot, scale)| -2.0 * (pivot * scale).log_e()).sum()
+    /// The diagonal of the factor.
+    pub fn diagonal(&self) -> impl Iterator<Item = f32> {
+        self.lower.iter().enumerate().take(self.count).filter_map(|(i, row)| row.get(i).copied())
     }
 }
 
-/// The product of two vectors.
-pub fn product<const M: usize>(a: &[f32; M], b: &[f32; M]) -> f32 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+/// Eliminates the rows of a factor from a vector.
+#[inline(never)]
+fn forward<const M: usize>(rows: &[[f32; M]], over: &[f32; M], v: &mut [f32; M]) -> f32 {
+    let mut square = 0.0;
+    for (i, (row, over)) in rows.iter().zip(over).enumerate() {
+        if let Some((done, [value, ..])) = v.split_at_mut_checked(i) {
+            let mut sum = *value;
+            for (a, b) in done.iter().zip(row) {
+                sum -= a * b;
+            }
+            *value = sum * over;
+            square += *value * *value;
+        }
+    }
+    square
 }
 
 #[cfg(test)]
@@ -122,13 +97,19 @@ mod tests {
 
     #[test]
     fn equations_are_solved() {
-        let rows = [[4.0, 0.0, 0.0], [2.0, 9e6, 0.0], [0.0, 3e3, 5.0]];
-        let factor = Factor::from_rows(&rows, 3);
-        let x = factor.backward(&factor.forward(&[2.006, 33_001.0, 19.0]));
-        for (x, exact) in x.into_iter().zip([0.5, 3e-3, 2.0]) {
-            assert!((x - exact).abs() < 1e-4 * exact, "{x}");
+        let mut factor = Factor::<4>::new();
+        for (row, own) in [([0.0; 2], 4.0), ([2.0, 0.0], 9.0), ([0.0, 3.0], 5.0)] {
+            factor.push(own, 0.0, row);
         }
-        let determinant = 4.0 * (9e6 * 5.0 - 9e6) - 2.0 * 10.0;
-        assert!((factor.log_determinant() - libm::logf(determinant)).abs() < 1e-4);
+        let mut x = [2.0, 31.0, 19.0, 0.0];
+        factor.forward(&mut x);
+        factor.backward(&mut x);
+        let rows = [[4.0, 2.0, 0.0], [2.0, 9.0, 3.0], [0.0, 3.0, 5.0]];
+        for (row, y) in rows.iter().zip([2.0, 31.0, 19.0]) {
+            let sum: f32 = row.iter().zip(&x).map(|(a, x)| a * x).sum();
+            assert!((sum - y).abs() < 1e-4 * y, "{sum} {y}");
+        }
+        let determinant: f32 = factor.diagonal().map(|x| x * x).product();
+        assert!((determinant - 124.0).abs() < 1e-2, "{determinant}");
     }
 }

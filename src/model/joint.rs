@@ -1,349 +1,376 @@
-//! The joint fit: the tone with all causes found beside it.
+//! The joint fit of a tone's envelope and of lines beside it.
 //!
-//! The model is linear in all strengths and changes, and nearly so in the frequencies. With C its columns, b the window's bins and T the
-//! prior variances, each Gauss-Newton step solves
-//!
-//! ```text
-//! (C' C + 1/T) s = C' b        covariance of s: (C' C + 1/T)^-1
-//! ```
-//!
-//! whose entry for the tone's frequency is the variance of the offset. Columns without a prior have `1/T = 0`.
+//! Lines have columns in the bins, and are eliminated; the envelope is fitted to the nine numbers that remain. Both are repeated while
+//! lines move, or the image of what was found, which is subtracted from the bins, moves by more than noise.
 
-use super::constants::{LENGTHS, LINES, NEAR, SMOOTH, STEPS};
-use super::factor::{Factor, product};
-use super::line::{Bins, Line, changes};
-use super::shape::{NOTHING, Shape, dot, take};
+use super::chance;
+use super::columns::{Envelopes, envelopes, image, images};
+use super::constants::{CHANCE, LINES, NEAR, ODD, P, PEAK, WIDTH};
+use super::elimination::{Elimination, Sizes, products};
+use super::envelope::{Envelope, Near, Room};
+use super::far::Reach;
+use super::shape::{NOTHING, Orders, Shape, ZERO, along, energy, inner};
 use super::window::Window;
-use super::{leak, slow};
-use crate::math::scalar::Scalar as _;
+use crate::math::scalar::larger;
+use crate::tone::within;
+use core::f32::consts::PI;
+use heapless::Vec;
 use num_complex::Complex;
 
-/// The most columns: the tone's three with the columns of all lines, or of a level and a phase that both change, or of leakage. A cause
-/// joins the fit only where there is room.
-pub const COLUMNS: usize = 3 + 3 * LINES;
-
-/// Another line, with the priors of its strength and of its offset.
-#[derive(Clone, Copy, Debug)]
-pub struct Other {
-    /// The line.
-    pub line: Line,
-    /// The reciprocals of the prior variances: of the strength's parts, and of a step of the offset.
-    pub precision: [f32; 2],
+/// A line with columns of its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Far {
+    /// Its distance from the peak, bins.
+    pub at: f32,
+    /// Its strength.
+    pub value: Complex<f32>,
+    /// Where it is. Leakage from outside the window has any mirror image's with it.
+    pub reach: Reach,
 }
 
-/// The tone and the causes kept beside it.
-#[derive(Clone, Debug)]
-pub struct Joint {
-    /// The tone.
-    pub tone: Line,
-    /// Other lines, the first `count` of them.
-    pub others: [Other; LINES],
-    /// The number of other lines.
-    pub count: usize,
-    /// The reciprocal of the prior variance of each order of the amplitude that changes.
-    pub level: [Option<f32>; SMOOTH],
-    /// The reciprocal of the prior variance of each order of the phase that changes.
-    pub phase: [Option<f32>; SMOOTH],
-    /// The changes of amplitude and phase, in parts of the tone and in radians.
-    pub changes: [[f32; SMOOTH]; 2],
-    /// The prior variance of the frequency that a wandering phase has within the record and that nothing shows, bins squared.
-    pub hidden: f32,
-    /// Whether slow terms are kept.
-    pub slow: bool,
-    /// Whether leakage is kept.
-    pub leak: bool,
-}
+/// Orders that count where the tone is steady: as many as show that it is not.
+const FEW: usize = 4;
 
-/// A fit's columns, and the posterior of their sizes, all linear. The struct is the memory in which a fit works.
+/// Bins: so far from its reference the envelope gets a new one.
+const AWAY: f32 = 0.12;
+
+/// Bins: beyond, the nine numbers do not have all of a line.
+const BEYOND: f32 = 1.1;
+
+/// A tone and lines in a window.
 #[derive(Debug)]
-pub struct Solution {
-    shapes: [Shape; COLUMNS],
-    /// The reciprocal of the prior variance of each column.
-    precision: [f32; COLUMNS],
-    count: usize,
-    factor: Factor<COLUMNS>,
-    /// The posterior mean of the sizes.
-    pub values: [f32; COLUMNS],
-    /// The residual.
+pub struct Joint<'a> {
+    window: &'a Window,
+    /// The factor of bins that makes the noise of their parts 1.
+    scale: f32,
+    /// The reference of the envelope, bins from the peak.
+    reference: f32,
+    /// The tone's envelope.
+    pub envelope: Envelope,
+    /// Lines beyond the envelope's reach.
+    pub lines: Vec<Far, LINES>,
+    /// The most of them that may be there: a pair a round.
+    most: usize,
+    /// What the lines leave of the bins.
+    pub from: Elimination,
+    images: Envelopes,
+    /// The envelope by its orders.
+    model: Orders,
+    room: Room,
+    /// Whether all orders have their products, or a [`FEW`].
+    wide: bool,
+    /// The bins without images.
+    bins: Shape,
+    /// The residual, by bins, and along the orders, whitened.
     pub left: Shape,
-    /// The residual's energy with the priors taken into account.
+    /// The residual along the orders, whitened.
+    pub rest: Orders,
+    /// The residual's energy, with that of the changes' sizes under their priors.
     pub energy: f32,
     /// The residual's degrees of freedom.
     pub free: f32,
-    /// The tone's frequency in the factor: the square of this vector is the variance.
-    frequency: [f32; COLUMNS],
-    hidden: f32,
 }
 
-impl Solution {
-    /// A solution before any fit.
-    pub const fn new() -> Self {
+impl<'a> Joint<'a> {
+    /// Room for a fit around a tone at `reference` bins from the window's peak.
+    #[inline(always)]
+    pub fn new(window: &'a Window, scale: f32, reference: f32, rounds: usize) -> Self {
         Self {
-            shapes: [NOTHING; COLUMNS],
-            precision: [0.0; COLUMNS],
-            count: 0,
-            factor: Factor::NONE,
-            values: [0.0; COLUMNS],
+            window,
+            scale,
+            reference,
+            envelope: Envelope::new(ZERO),
+            lines: Vec::new(),
+            most: 2 * rounds,
+            from: Elimination::new(),
+            images: [[0.0; P]; WIDTH],
+            model: Orders::ZERO,
+            room: Room::new(),
+            wide: false,
+            bins: NOTHING,
             left: NOTHING,
+            rest: Orders::ZERO,
             energy: 0.0,
-            free: 0.0,
-            frequency: [0.0; COLUMNS],
-            hidden: 0.0,
+            free: 1.0,
         }
     }
 
-    fn add(&mut self, shape: &Shape, precision: f32) {
-        let place = self.count;
-        if let (Some(cell), Some(prior)) =
-            (self.shapes.get_mut(place), self.precision.get_mut(place))
+    /// Lines that may still join.
+    pub fn vacant(&self) -> usize {
+        self.most.saturating_sub(self.lines.len())
+    }
+
+    /// The tone's distance from the peak, bins.
+    pub fn offset(&self) -> f32 {
+        self.reference + self.envelope.delta
+    }
+
+    /// The tone alone, fitted to the window.
+    pub fn begin(&mut self) {
+        self.refer();
+        let (mut sum, mut square) = (ZERO, 0.0);
+        for ([order, ..], bin) in self.from.envelopes.iter().zip(&self.window.bins) {
+            sum += bin * *order;
+            square += order * order;
+        }
+        self.envelope = Envelope::new(sum * (self.scale / larger(square, 1e-9)));
+        self.envelope.model(&mut self.model);
+        self.settle(3, 3, true);
+    }
+
+    /// Columns around the reference.
+    fn refer(&mut self) {
+        envelopes(self.window, self.reference, &mut self.from.envelopes);
+        self.from.refer();
+        if !self.window.iq {
+            images(self.window, self.reference, &mut self.images);
+        }
+    }
+
+    /// The lines' columns and what they leave, of as many orders as count.
+    fn eliminate(&mut self) {
+        let strength = larger(self.envelope.value().norm_sqr(), 1e-30);
+        let offset = self.offset();
+        let mut priors = [[0.0; 2]; LINES];
+        for ((line, columns), priors) in
+            self.lines.iter().zip(&mut self.from.lines).zip(&mut priors)
         {
-            (*cell, *prior) = (*shape, precision);
-            self.count += 1;
+            let apart = line.at - offset;
+            let power = larger(line.value.norm_sqr(), 1.0);
+            *priors = [1.0 / strength, 4.0 / (apart * apart * power)];
+            if line.reach == Reach::Slow {
+                super::columns::slow(self.window, columns);
+                *priors = [1.0 / strength; 2];
+            } else {
+                super::columns::line(self.window, line.at, columns);
+            }
         }
+        self.from.eliminate(priors.get(..self.lines.len()).unwrap_or_default());
+        self.wide = self.envelope.is_wide();
+        if self.wide { self.from.reduce::<P>() } else { self.from.reduce::<FEW>() }
     }
 
-    fn shapes(&self) -> &[Shape] {
-        self.shapes.get(..self.count).unwrap_or_default()
-    }
-
-    fn along(&self, shape: &Shape) -> [f32; COLUMNS] {
-        let mut along = [0.0; COLUMNS];
-        for (along, column) in along.iter_mut().zip(self.shapes()) {
-            *along = dot(column, shape);
-        }
-        along
-    }
-
-    /// The variance of the offset in noise as loud as the ring.
-    pub fn variance(&self) -> f32 {
-        product(&self.frequency, &self.frequency) + self.hidden
-    }
-
-    /// The part of a further column that the fit cannot take: a vector whose products are to be subtracted from the products of the
-    /// columns, and the effect of one unit of the column on the offset.
-    pub fn taken(&self, column: &Shape) -> ([f32; COLUMNS], f32) {
-        let taken = self.factor.forward(&self.along(column));
-        let pull = product(&self.frequency, &taken);
-        (taken, pull)
-    }
-
-    /// The logarithm by which the fit is less probable because of its flexibility, beyond the energy that it leaves.
-    pub fn cost(&self) -> f32 {
-        let priors = self.precision.iter().take(self.count).filter(|prior| **prior > 0.0);
-        0.5 * (self.factor.log_determinant() - priors.map(|prior| prior.log_e()).sum::<f32>())
-    }
-
-    /// The number of the fit's parameters without a prior.
-    pub fn fitted(&self, window: &Window) -> f32 {
-        window.numbers() - self.free
-    }
-}
-
-impl Joint {
-    /// The tone alone, at `offset` bins from the peak.
-    pub fn at(offset: f32) -> Self {
-        let none = Other { line: Line::NONE, precision: [0.0; 2] };
-        Self {
-            tone: Line { offset, ..Line::NONE },
-            others: [none; LINES],
-            count: 0,
-            level: [None; SMOOTH],
-            phase: [None; SMOOTH],
-            changes: [[0.0; SMOOTH]; 2],
-            hidden: 0.0,
-            slow: false,
-            leak: false,
-        }
-    }
-
-    /// The other lines.
-    pub fn lines(&self) -> &[Other] {
-        self.others.get(..self.count).unwrap_or_default()
-    }
-
-    /// Adds one more line at this distance from the tone, with a first strength.
-    pub fn add(&mut self, distance: f32, value: Complex<f32>) {
-        let strength = self.tone.value.norm_sqr().max(1e-30);
-        let line = Line { offset: self.tone.offset + distance, value };
-        if let Some(other) = self.others.get_mut(self.count) {
-            *other = Other { line, precision: [1.0 / strength, 4.0 / (distance * distance)] };
-            self.count += 1;
-        }
-    }
-
-    /// The tone's phase.
-    fn unit(&self) -> Complex<f32> {
-        let size = self.tone.value.norm_sqr();
-        if size > 0.0 { self.tone.value * (1.0 / size.root()) } else { Complex::new(1.0, 0.0) }
-    }
-
-    /// The changes that are kept.
-    fn kept(&self) -> impl Iterator<Item = &f32> {
-        self.level.iter().chain(&self.phase).flatten()
-    }
-
-    /// The number of columns.
-    fn width(&self) -> usize {
-        let slow = if self.slow { slow::TERMS } else { 0 };
-        let leak = if self.leak { leak::TERMS } else { 0 };
-        3 + self.kept().count() + 3 * self.count + slow + leak
-    }
-
-    /// Whether the columns fit into a [`Solution`].
-    pub fn has_room(&self) -> bool {
-        self.width() <= COLUMNS
-    }
-
+    /// All orders' products, and the residual along them.
     #[inline(never)]
-    fn columns(&self, window: &Window, columns: &mut Solution) {
-        columns.count = 0;
-        let bins = Bins::at(window, self.tone.offset);
-        let [strength, mut turn, mut slope] = bins.columns_along(self.unit(), self.tone.value);
-        for column in [&strength, &turn, &slope] {
-            columns.add(column, 0.0);
+    pub fn widen(&mut self) {
+        if !self.wide {
+            self.wide = true;
+            self.from.reduce::<P>();
+            self.from.see::<P>(&self.bins);
         }
-        if self.kept().next().is_some() {
-            let mut places = [[None; SMOOTH]; 2];
-            let priors = self.level.iter().chain(&self.phase);
-            for (place, prior) in places.as_flattened_mut().iter_mut().zip(priors) {
-                if let Some(prior) = prior {
-                    *place = Some(columns.count);
-                    columns.add(&NOTHING, *prior);
+        self.from.whiten::<P>();
+        self.rest = products::<P>(&self.from.envelopes, &self.left);
+        self.from.whitened(&mut self.rest);
+    }
+
+    /// The bins without the images of what is known.
+    #[inline(never)]
+    fn take_images(&mut self) {
+        let Self { window, scale, bins, images, model, .. } = self;
+        for (bin, seen) in bins.iter_mut().zip(&window.bins) {
+            *bin = seen * *scale;
+        }
+        if window.iq {
+            return;
+        }
+        // A steady tone near its reference has three orders.
+        if self.envelope.is_wide() {
+            take_image::<P>(bins, images, model);
+        } else {
+            take_image::<3>(bins, images, model);
+        }
+        let mut column = [0.0; WIDTH];
+        for line in self.lines.iter().filter(|line| line.reach == Reach::Inside) {
+            image(window, line.at, &mut column);
+            for (bin, image) in bins.iter_mut().zip(&column) {
+                *bin -= line.value.conj() * *image;
+            }
+        }
+    }
+
+    /// One fit of the envelope to what is left of the bins, by at most `most` steps.
+    pub fn fit(&mut self, most: usize, held: bool) {
+        let Self { envelope, from, room, .. } = self;
+        if self.wide {
+            envelope.fit::<P>(from, room, most, held);
+        } else {
+            envelope.fit::<FEW>(from, room, most, held);
+        }
+    }
+
+    /// The energy that an envelope leaves of the nine numbers, with that of its sizes under their priors.
+    pub fn energy_of(&self, envelope: &Envelope) -> f32 {
+        let (mut left, mut model) = (self.from.seen, Orders::ZERO);
+        envelope.model(&mut model);
+        for (left, model) in [(&mut left.re, &model.re), (&mut left.im, &model.im)] {
+            for (left, row) in left.iter_mut().zip(&self.from.schur) {
+                *left -= inner::<P>(row, model);
+            }
+        }
+        self.from.whitened(&mut left) + envelope.own()
+    }
+
+    /// The strengths of the lines beside the envelope, and a step of their places; returns the sizes, and whether a step matters.
+    fn step(&mut self) -> (Sizes, bool) {
+        self.envelope.model(&mut self.model);
+        let model = &self.model;
+        let sizes =
+            if self.wide { self.from.sizes::<P>(model) } else { self.from.sizes::<FEW>(model) };
+        let offset = self.offset();
+        let [re, im] = &sizes;
+        let cells = re.as_chunks::<2>().0.iter().zip(im.as_chunks::<2>().0);
+        let mut matters = false;
+        for (line, (&[a, c], &[b, d])) in self.lines.iter_mut().zip(cells) {
+            let (value, slope) = (Complex::new(a, b), Complex::new(c, d));
+            let strength = larger(value.norm_sqr(), 1e-30);
+            let step = along(slope, value) / strength;
+            matters |= line.reach != Reach::Slow && step * step * strength > 0.04;
+            let apart = (line.at - offset).abs();
+            let at = match line.reach {
+                Reach::Slow => line.at,
+                // Halfway between bins the two columns are two shapes of leakage.
+                Reach::Outside => libm::floorf(line.at + within(step, 0.25 * apart)) + 0.5,
+                _ => line.at + within(step, (0.5 * apart).clamp(0.0, 0.3)),
+            };
+            *line = Far { at, value, ..*line };
+        }
+        (sizes, matters)
+    }
+
+    /// The joint fit to its end, in at most `most` passes over the bins, with `steps` of the envelope in each. If `fresh`, lines or orders
+    /// are new.
+    #[inline(never)]
+    pub fn settle(&mut self, most: usize, steps: usize, mut fresh: bool) {
+        let mut sizes = [[0.0; 2 * LINES]; 2];
+        for pass in 1..=most {
+            if fresh {
+                self.eliminate();
+            }
+            fresh = !self.lines.is_empty();
+            self.take_images();
+            if self.wide {
+                self.from.see::<P>(&self.bins);
+            } else {
+                self.from.see::<FEW>(&self.bins);
+            }
+            let before = self.model;
+            self.fit(steps, false);
+            let moves;
+            (sizes, moves) = self.step();
+            if pass == most {
+                break;
+            }
+            let from_end = self.window.from_end().max(1) as f32;
+            let moved: f32 =
+                before.iter().zip(self.model.iter()).map(|(a, b)| (a - b).norm_sqr()).sum();
+            let image = !self.window.iq && moved > 0.1 * PI * PI * from_end * from_end;
+            if self.envelope.delta.abs() > AWAY {
+                self.reference += self.envelope.delta;
+                if let Some(near) = &mut self.envelope.near {
+                    near.at -= self.envelope.delta;
                 }
-            }
-            let tone = &self.tone;
-            let whole = [&mut turn, &mut slope];
-            changes(window, tone, &self.changes, &mut columns.shapes, &places, whole);
-            let [_, second, third, ..] = &mut columns.shapes;
-            (*second, *third) = (turn, slope);
-        }
-        for Other { line, precision: [strength, place] } in self.lines() {
-            let precisions = [*strength, *strength, *place];
-            let shapes = Bins::at(window, line.offset).columns(line.value);
-            shapes.iter().zip(precisions).for_each(|(shape, prior)| columns.add(shape, prior));
-        }
-        if self.slow {
-            slow::columns(window).iter().for_each(|shape| columns.add(shape, 0.0));
-        }
-        if self.leak {
-            leak::columns(window).iter().for_each(|shape| columns.add(shape, 0.0));
-        }
-    }
-
-    /// Fits all strengths and changes, and a step of each frequency, to the window's bins times `scale`.
-    #[inline(never)]
-    pub fn solve(&self, window: &Window, scale: f32, solution: &mut Solution) {
-        self.columns(window, solution);
-        let Solution { shapes, precision, count, factor, .. } = &mut *solution;
-        let shapes = shapes.get(..*count).unwrap_or_default();
-        let rows = factor.rows().iter_mut();
-        for (i, ((row, shape), prior)) in rows.zip(shapes).zip(precision).enumerate() {
-            for (j, (cell, other)) in row.iter_mut().zip(shapes).take(i + 1).enumerate() {
-                *cell = dot(shape, other) + if i == j { *prior } else { 0.0 };
-            }
-        }
-        solution.factor.set(solution.count);
-        for (left, bin) in solution.left.iter_mut().zip(&window.bins) {
-            *left = bin * scale;
-        }
-        solution.values = [0.0; COLUMNS];
-        // Once more on the residual: single precision needs a second pass where columns are much alike.
-        for _ in 0..if solution.count > 3 { 2 } else { 1 } {
-            let mut along = solution.along(&solution.left);
-            let own = along.iter_mut().zip(&solution.values).zip(solution.precision);
-            own.for_each(|((along, value), prior)| *along -= prior * value);
-            let step = solution.factor.backward(&solution.factor.forward(&along));
-            let Solution { values, shapes, left, count, .. } = solution;
-            for ((value, step), shape) in values.iter_mut().zip(step).zip(shapes).take(*count) {
-                *value += step;
-                take(left, shape, step);
-            }
-        }
-        let priors = solution.precision.iter().take(solution.count);
-        let own = solution.values.iter().zip(priors.clone());
-        solution.energy = dot(&solution.left, &solution.left)
-            + own.map(|(value, prior)| prior * value * value).sum::<f32>();
-        let unbound = priors.filter(|prior| **prior == 0.0).count();
-        solution.free = (window.numbers() - unbound as f32).max(1.0);
-        let mut third = [0.0; COLUMNS];
-        let [_, _, place, ..] = &mut third;
-        *place = 1.0;
-        solution.frequency = solution.factor.forward(&third);
-        solution.hidden = self.hidden;
-    }
-
-    /// Gauss-Newton steps on the frequencies, until a step is a fifth of the noise's effect. The solution belongs to the last step.
-    #[inline(never)]
-    pub fn fit(&mut self, window: &Window, scale: f32, steps: usize, solution: &mut Solution) {
-        let mut current = false;
-        for _ in 0..=steps.min(STEPS) {
-            let known = self.tone.value.norm_sqr() > 0.0;
-            self.solve(window, scale, solution);
-            current = self.step(solution, known);
-            if current {
+                self.envelope.delta = 0.0;
+                self.envelope.model(&mut self.model);
+                self.refer();
+                fresh = true;
+            } else if !(moves || image) {
                 break;
             }
         }
-        // Of two close lines the stronger one is the tone.
-        for other in self.others.iter_mut().take(self.count) {
-            let near = (other.line.offset - self.tone.offset).abs() < NEAR;
-            if near && other.line.value.norm_sqr() > self.tone.value.norm_sqr() {
-                core::mem::swap(&mut other.line, &mut self.tone);
-                current = false;
-            }
-        }
-        if !current {
-            self.solve(window, scale, solution);
+        self.leave(&sizes);
+    }
+
+    /// The envelope alone has changed, by a fit to the nine numbers.
+    pub fn resettle(&mut self, converted: bool) {
+        if self.window.iq && !converted && self.envelope.delta.abs() < AWAY {
+            let (sizes, _) = self.step();
+            self.leave(&sizes);
+        } else {
+            self.envelope.model(&mut self.model);
+            self.settle(3, 2, converted);
         }
     }
 
-    /// Takes the step of a solution; returns whether the step was negligible. Without a strength a line has no slope yet.
-    fn step(&mut self, solution: &Solution, known: bool) -> bool {
-        /// The limit of a step in bins, and the limit of another line's step as a share of the distance.
-        const STEP: f32 = 0.3;
-        const SHARE: f32 = 0.5;
-        /// The largest distance from the peak, bins.
-        const FARTHEST: f32 = 1.2;
-        /// The square of a step, over the variance, that ends the fit. The last solution includes the step, so the remaining error is of
-        /// second order.
-        const SETTLED: f32 = 4e-2;
-        let [re, im, slope, rest @ ..] = solution.values;
-        let (before, mut rest) = (self.tone.offset, rest.iter());
-        let priors = self.level.iter().chain(&self.phase);
-        let mut changes = self.changes;
-        for (change, prior) in changes.as_flattened_mut().iter_mut().zip(priors) {
-            if prior.is_some() {
-                *change = rest.next().copied().unwrap_or(0.0);
+    /// The residual.
+    fn leave(&mut self, sizes: &Sizes) {
+        self.from.left(&self.model, sizes, &self.bins, &mut self.left);
+        let changes = self.envelope.terms.iter().skip(1);
+        let own: f32 = changes.clone().map(|term| term.prior * term.size * term.size).sum();
+        let free = changes.filter(|term| term.prior == 0.0).count();
+        self.energy = energy(&self.left) + own;
+        // Each line has a strength and a place.
+        let fitted = 3 + 3 * self.lines.len() + free;
+        self.free = larger(self.window.numbers() - fitted as f32, 1.0);
+    }
+
+    /// A close line beyond the reach of the nine numbers gets columns of its own; returns whether there was one.
+    pub fn convert(&mut self) -> bool {
+        match self.envelope.near {
+            Some(Near { at, value, .. })
+                if (at - self.envelope.delta).abs() > BEYOND && !self.lines.is_full() =>
+            {
+                self.envelope.near = None;
+                let _ =
+                    self.lines.push(Far { at: self.reference + at, value, reach: Reach::Inside });
+                true
             }
+            _ => false,
         }
-        let lines = rest.as_slice().as_chunks().0;
-        let mut moved = slope * slope / solution.variance().max(1e-30);
-        for (other, values) in self.others.iter().take(self.count).zip(lines) {
-            let &[_, _, slope]: &[f32; 3] = values;
-            moved = moved.max(slope * slope * other.line.value.norm_sqr());
-        }
-        let strength = self.tone.value.norm_sqr();
-        let orders = changes.as_flattened().iter().zip(self.changes.as_flattened());
-        let lengths = LENGTHS.iter().skip(1).take(SMOOTH).cycle();
-        for ((after, before), length) in orders.zip(lengths) {
-            let step = (after - before) / length;
-            moved = moved.max(step * step * strength);
-        }
-        if known && moved < SETTLED {
+    }
+
+    /// Whether the residual is more than noise: its energy, its largest bin, or its first directions.
+    #[inline(never)]
+    pub fn is_odd(&mut self, ring: f32) -> bool {
+        let top = self.left.iter().map(Complex::norm_sqr).fold(0.0, larger);
+        if self.energy > self.free * chance::ratio(ODD, self.free, ring)
+            || top > 2.0 * chance::ratio(PEAK + 0.4, 2.0, ring)
+        {
             return true;
         }
-        self.changes = changes;
-        self.tone.value = self.unit() * Complex::new(re, im);
-        let go = |offset: f32, step: f32, most: f32| {
-            if known { offset + step.clamp(-most, most) } else { offset }
-        };
-        self.tone.offset = go(before, slope, STEP).clamp(-FARTHEST, FARTHEST);
-        for (other, values) in self.others.iter_mut().take(self.count).zip(lines) {
-            let &[re, im, slope] = values;
-            other.line.value = Complex::new(re, im);
-            let most = ((other.line.offset - self.tone.offset).abs() * SHARE).min(STEP);
-            other.line.offset = go(other.line.offset, slope, most);
+        self.from.whiten::<FEW>();
+        let mut along = products::<FEW>(&self.from.envelopes, &self.left);
+        self.from.whitened(&mut along);
+        let five: f32 = along.iter().take(FEW).skip(1).map(|order| order.norm_sqr()).sum();
+        five > 5.0 * chance::ratio(ODD, 5.0, ring)
+    }
+
+    /// Whether the residual is larger than noise as loud as the ring's would leave.
+    pub fn is_loud(&self, ring: f32) -> bool {
+        self.energy > self.free * chance::ratio(CHANCE, self.free, ring)
+    }
+
+    /// Whether the residual is larger near the tone than noise would leave there, given the residual away from it.
+    pub fn is_lumpy(&self) -> bool {
+        /// The inner bins on each side of the peak.
+        const INNER: i32 = 4;
+        /// The fewest degrees of freedom of each part.
+        const FEWEST: f32 = 4.0;
+        let (mut inner, mut outer) = ([0.0; 2], [0.0; 2]);
+        for ((i, left), used) in Window::places().zip(&self.left).zip(&self.window.used) {
+            let [energy, numbers] = if i.abs() <= INNER { &mut inner } else { &mut outer };
+            *energy += left.norm_sqr();
+            *numbers += 2.0 * used;
         }
-        false
+        let free = (inner[1] - (self.window.numbers() - self.free)).max(FEWEST);
+        let others = outer[1].max(FEWEST);
+        inner[0] * others > outer[0] * free * chance::ratio(CHANCE, free, others)
+    }
+
+    /// Whether another line is so near that it looks like a change of the tone.
+    pub fn is_near(&self) -> bool {
+        let offset = self.offset();
+        self.envelope.near.is_some()
+            || self.lines.iter().any(|line| (line.at - offset).abs() < NEAR)
+    }
+}
+
+/// Takes the mirror image of the first `O` orders of an envelope from bins.
+#[inline(always)]
+fn take_image<const O: usize>(bins: &mut Shape, images: &Envelopes, model: &Orders) {
+    for (bin, row) in bins.iter_mut().zip(images) {
+        for ((image, re), im) in row.iter().zip(&model.re).zip(&model.im).take(O) {
+            bin.re -= re * image;
+            bin.im += im * image;
+        }
     }
 }

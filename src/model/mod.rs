@@ -10,22 +10,23 @@
 //! frequency and sigma are mean and deviation of the mixture. The causes that joined the fit decide the verdict.
 
 pub mod belief;
-mod beside;
 mod bessel;
 pub mod block;
-mod causes;
 mod chance;
+mod changes;
+mod columns;
 pub mod constants;
+mod elimination;
+mod envelope;
 mod factor;
+mod far;
 mod joint;
-mod leak;
 mod leftover;
-mod line;
-mod moments;
+mod logarithm;
 mod pair;
 mod round;
 mod shape;
-mod slow;
+mod size;
 mod window;
 
 pub use round::{Cause, HYPOTHESES, Kept};
@@ -34,10 +35,14 @@ pub use window::Window;
 use crate::math::scalar::Scalar as _;
 use crate::tone::noise::louder::louder;
 use belief::Belief;
-use constants::CAUSES;
-use joint::{Joint, Solution};
+use constants::{CAUSES, NOTHING_MORE, UNLIKELY};
+use envelope::{Envelope, Near};
+use far::place_prior;
+use joint::Joint;
+use leftover::Leftover;
+use logarithm::ln;
 use num_complex::Complex;
-use round::{Round, belief_in, density, is_near};
+use round::{Joins, Round};
 
 /// The noise of a bin, as estimated from bins beside the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,15 +80,15 @@ pub struct Answer {
 
 /// Measures the tone in a window, in this noise, from its offset as interpolated or fitted. At most `most` causes join the fit. `bends`
 /// says that the phase may bend without any change of the tone, see [`Segment::bends`](crate::acquire::sample::Segment::bends).
+#[inline(never)]
 pub fn measure(window: &Window, noise: &Noise, offset: f32, most: usize, bends: bool) -> Answer {
     let scale = (2.0 / noise.power).root();
-    let mut joint = Joint::at(offset);
-    let mut solution = Solution::new();
-    joint.fit(window, scale, 3, &mut solution);
+    let joint = &mut Joint::new(window, scale, offset, most);
+    joint.begin();
     let mut answer = Answer {
-        offset: joint.tone.offset,
+        offset,
         variance: 0.0,
-        line: joint.tone.value * (1.0 / scale),
+        line: Complex::new(0.0, 0.0),
         scale: 1.0,
         dof: noise.dof,
         louder: 0.0,
@@ -94,66 +99,129 @@ pub fn measure(window: &Window, noise: &Noise, offset: f32, most: usize, bends: 
     };
     let mut rivals = Belief::NEVER;
     for number in 0..=most {
-        let round = Round::new(window, &joint, &solution, noise.dof, &answer.kept);
-        let Belief { offset, variance, .. } = round.all().or(rivals);
+        let middle = joint.offset();
+        let [level, bend, wander, ..] = answer.kept;
+        answer.moves = level + wander > 0 || (bend > 0 && !bends) || joint.is_near();
+        answer.dof = noise.dof + joint.free;
+        answer.line = joint.envelope.value() * (1.0 / scale);
+        if number > 0 && !joint.is_odd(noise.dof) {
+            answer.scale = Leftover::new(joint.energy, joint.free, noise.dof).scale();
+            let variance = joint.envelope.variance * answer.scale;
+            let nothing = Belief { log: 0.0, offset: middle, variance };
+            let Belief { offset, variance, .. } = Belief::any(&[nothing, rivals]);
+            (answer.offset, answer.variance, answer.unresolved) = (offset, variance, false);
+            break;
+        }
+        joint.widen();
+        let round = Round::new(window, joint, noise.dof, &answer.kept);
+        let at = |belief: Belief| Belief { offset: belief.offset + middle, ..belief };
+        let all = Belief { log: 0.0, ..at(Belief::any(&round.beliefs)) };
+        let Belief { offset, variance, .. } = Belief::any(&[all, rivals]);
         (answer.offset, answer.variance) = (offset, variance);
-        answer.weights = round.weights();
-        answer.moves = is_near(&joint, &answer.kept, bends);
-        answer.unresolved = round.stays.is_some() || round.lumpy;
-        (answer.scale, answer.dof) = (round.scale, noise.dof + round.free);
-        // A part of the ring's noise is 1, so a bin of it has 2.
-        answer.louder = 0.5 * louder(&solution.left, window.iq, window.n, window.peak);
-        answer.line = joint.tone.value * (1.0 / scale);
-        let Some((cause, odds)) = round.stays else { break };
-        if number == most {
+        (answer.scale, answer.weights) = (round.scale, round.weights());
+        // Much more than noise is left, noise is an improbable cause of it, and no other cause stands out.
+        let [nothing, ..] = answer.weights;
+        let unlikely = if number == 0 { NOTHING_MORE } else { UNLIKELY };
+        let doubtful = nothing < unlikely && joint.is_loud(noise.dof);
+        answer.unresolved = round.stays.is_some() || doubtful || joint.is_lumpy();
+        let Some((cause, odds, joins)) = round.stays else { break };
+        let needed = match joins {
+            Joins::Sidebands(..) => 2,
+            Joins::Far(..) => 1,
+            _ => 0,
+        };
+        if number == most || needed > joint.vacant() {
             break;
         }
-        rivals = rivals.times(-odds).or(round.rivals(cause));
-        let before = joint.clone();
-        let place = round.keep(cause, &mut joint);
-        if !joint.has_room() {
-            break;
-        }
-        joint.fit(window, scale, constants::STEPS, &mut solution);
-        let mut cause = cause;
-        if place && !answer.moves {
-            let other = second(window, scale, &round, &before, &mut joint, &mut solution);
-            rivals = rivals.or(other.0);
-            if other.1 {
-                cause = Cause::Line;
-            }
-        }
+        rivals = Belief::any(&[rivals.times(-odds), at(round.rivals(cause))]);
+        let cause = if needed == 0 {
+            change(joint, &round, cause, joins, !answer.moves, &mut rivals)
+        } else {
+            joint.join(joins);
+            joint.settle(4, 3, true);
+            cause
+        };
         if let Some(count) = answer.kept.get_mut(cause as usize) {
             *count += 1;
         }
     }
+    // A part of the ring's noise is 1, so a bin of it has 2.
+    answer.louder = 0.5 * louder(&joint.left, window.iq, window.n, window.peak);
     answer
 }
 
-/// Tries two strong lines in place of a tone with the change that is kept. The more probable fit stays. Returns the belief in the other
-/// fit, in units of the weight of the fit that stays, and whether two lines are more probable.
+/// A change of the tone, or a close line, joins the fit; if `alone`, two strong lines are tried in its place. The more probable fit stays,
+/// the other one is a rival. Returns the cause that stays.
 #[inline(never)]
-fn second(
-    window: &Window,
-    scale: f32,
-    round: &Round,
-    before: &Joint,
+fn change(
     joint: &mut Joint,
-    solution: &mut Solution,
-) -> (Belief, bool) {
-    let belief = |joint: &Joint, solution: &Solution| {
-        let belief = belief_in(joint, solution, &round.leftover);
-        belief.times(joint.lines().last().map_or(0.0, density))
-    };
-    let change = belief(joint, solution);
-    let Some(pair) = pair::fitted(window, scale, before, &round.moments, solution) else {
-        return (Belief::NEVER, false);
-    };
-    let two = belief(&pair, solution);
-    if two.log > change.log {
-        *joint = pair;
-        return (change.times(-two.log), true);
+    round: &Round,
+    mut cause: Cause,
+    joins: Joins,
+    alone: bool,
+    rivals: &mut Belief,
+) -> Cause {
+    let (value, delta) = (joint.envelope.value(), joint.envelope.delta);
+    let before = if alone { joint.energy_of(&joint.envelope) } else { 0.0 };
+    joint.join(joins);
+    joint.fit(3, false);
+    if alone
+        && !joint.lines.is_full()
+        && let Some([near, far]) = pair::places(value.norm_sqr().root(), &round.moments)
+    {
+        let apart = far - near;
+        let half = value * 0.5;
+        let mut two = Envelope::new(half);
+        two.delta = delta + near;
+        let priors = [1.0 / value.norm_sqr().max(1e-30), 4.0 / (apart * apart)];
+        two.near = Some(Near { at: delta + far, value: half, priors });
+        core::mem::swap(&mut joint.envelope, &mut two);
+        joint.fit(1, true);
+        let other = joint.energy_of(&two);
+        let mut energy = joint.energy_of(&joint.envelope);
+        // Further only if both strengths alone nearly do.
+        if energy < 4.0 * other + 40.0 {
+            joint.fit(4, false);
+            energy = joint.energy_of(&joint.envelope);
+        }
+        let reference = joint.offset() - joint.envelope.delta;
+        let belief = |envelope: &Envelope, energy: f32, prior: f32| {
+            let (gain, scale) = round.leftover.less(before - energy);
+            Belief {
+                log: gain - envelope.cost + prior,
+                offset: reference + envelope.delta,
+                variance: envelope.variance * scale,
+            }
+        };
+        let prior = if let Joins::Near(distance, _) = joins { density(distance) } else { 0.0 };
+        let mut one = belief(&two, other, prior);
+        let pair = belief(&joint.envelope, energy, density(apart));
+        if pair.log > one.log && cause == Cause::Level {
+            // A level that swings slowly looks like two lines at a fraction of a bin.
+            core::mem::swap(&mut joint.envelope, &mut two);
+            joint.envelope.swings();
+            joint.fit(2, false);
+            let energy = joint.energy_of(&joint.envelope);
+            core::mem::swap(&mut joint.envelope, &mut two);
+            let swing = belief(&two, energy, 0.0);
+            if swing.log > one.log {
+                one = swing;
+            }
+        }
+        if pair.log > one.log {
+            *rivals = Belief::any(&[*rivals, one.times(-pair.log)]);
+            cause = Cause::Line;
+        } else {
+            *rivals = Belief::any(&[*rivals, pair.times(-one.log)]);
+            joint.envelope = two;
+        }
     }
-    joint.solve(window, scale, solution);
-    (two.times(-change.log), false)
+    let converted = joint.convert();
+    joint.resettle(converted);
+    cause
+}
+
+/// The logarithm of the prior density of a line's distance over that of its prior in a fit.
+fn density(distance: f32) -> f32 {
+    place_prior(1.0, 1.0) - 0.5 * ln(4.0 / (distance * distance * core::f32::consts::TAU))
 }

@@ -6,14 +6,14 @@
 //! has no derivative of z: `integral z w'' = -j s integral z w' + q integral z w`. The moments give the integrals, three polynomials six
 //! real equations, least squares s and q, and these both offsets.
 
-use super::constants::{LENGTHS, LINES, SMOOTH, STEPS};
-use super::joint::{Joint, Other, Solution};
-use super::line::Line;
-use super::moments::Moments;
-use super::window::Window;
+use super::changes::Moments;
+use super::constants::LENGTHS;
 use crate::math::scalar::Scalar as _;
 use core::f32::consts::PI;
 use num_complex::Complex;
+
+/// The highest order that counts.
+const SMOOTH: usize = 6;
 
 /// The integrals of Legendre's polynomials of order 0 to 6 times w, w' and w'', for w of `(1 - x^2)^2` times 1, x and `x^2 - 1/7`.
 const INTEGRALS: [[[f32; SMOOTH + 1]; 3]; 3] = [
@@ -34,9 +34,12 @@ const INTEGRALS: [[[f32; SMOOTH + 1]; 3]; 3] = [
     ],
 ];
 
-/// Both lines' distances from the tone of a fit, bins; `None` if the residual does not come from two lines.
-fn places(tone: &Line, moments: &Moments) -> Option<[f32; 2]> {
-    let strength = tone.value.norm_sqr().root();
+/// Lines nearer to each other have no distances of their own; lines farther apart are not a pair.
+const APART: core::ops::Range<f32> = 0.05..2.0;
+
+/// Both lines' distances from a tone of this strength whose fit leaves these moments, bins, the nearer line first; `None` if the residual
+/// does not come from two lines.
+pub fn places(strength: f32, moments: &Moments) -> Option<[f32; 2]> {
     let mut series = [Complex::new(strength, 0.0); SMOOTH + 1];
     let seen = moments.amplitude.iter().zip(&moments.phase).zip(LENGTHS.iter().skip(1));
     for (term, ((amplitude, phase), length)) in series.iter_mut().skip(1).zip(seen) {
@@ -65,36 +68,7 @@ fn places(tone: &Line, moments: &Moments) -> Option<[f32; 2]> {
     let square = 0.25 * sum * sum - product;
     let half = square.max(0.0).root();
     let places = [0.5 * sum - half, 0.5 * sum + half].map(|place| place / PI);
-    (square > 0.0).then_some(places)
-}
-
-/// Lines nearer to each other have no distances of their own; lines farther apart are not a pair.
-const APART: core::ops::Range<f32> = 0.05..2.0;
-
-/// The fit of two lines in place of one tone whose fit leaves these moments.
-pub fn fitted(
-    window: &Window,
-    scale: f32,
-    joint: &Joint,
-    moments: &Moments,
-    solution: &mut Solution,
-) -> Option<Joint> {
-    let [low, high] = places(&joint.tone, moments)?;
-    if !APART.contains(&(high - low)) || joint.count == LINES {
-        return None;
-    }
-    let strength = joint.tone.value.norm_sqr();
-    let mut pair = joint.clone();
-    pair.tone = Line { offset: joint.tone.offset + low, ..Line::NONE };
-    let line = Line { offset: joint.tone.offset + high, ..Line::NONE };
-    if let Some(other) = pair.others.get_mut(pair.count) {
-        let distance = high - low;
-        *other = Other { line, precision: [1.0 / strength, 4.0 / (distance * distance)] };
-        pair.count += 1;
-    }
-    if !pair.has_room() {
-        return None;
-    }
-    pair.fit(window, scale, STEPS, solution);
-    Some(pair)
+    let [low, high] = places;
+    let nearer = if low.abs() < high.abs() { places } else { [high, low] };
+    (square > 0.0 && APART.contains(&(high - low))).then_some(nearer)
 }

@@ -5,19 +5,17 @@
 //! and variance of the offset.
 
 use super::belief::Belief;
-use super::beside::Pair;
-use super::causes::{self, Best, Ground, Place};
-use super::chance;
-use super::constants::{
-    CAUSES, CHANCE, EDGE, KEPT_AT, LENGTHS, LINES, NEAR, NOTHING_MORE, REACH, SMOOTH, WALK,
-};
-use super::joint::{Joint, Other, Solution};
-use super::leftover::{Leftover, exponential};
-use super::moments::Moments;
+use super::changes::{Moments, PLACES, SMOOTHS, level, swing};
+use super::constants::{CAUSES, EDGE, KEPT_AT, NOTHING_MORE, ORDERS, WALK};
+use super::envelope::{Envelope, Near, Term};
+use super::far::{self, FARS, INTERVAL, Place, Reach, Sidebands, place_prior};
+use super::joint::{Far, Joint};
+use super::leftover::Leftover;
+use super::logarithm::{exp, ln};
+use super::size::{Direction, Ground, Weighed, energy};
 use super::window::Window;
-use super::{beside, slow};
-use crate::math::scalar::Scalar as _;
-use core::iter::once;
+use crate::math::scalar::{Scalar as _, larger};
+use core::f32::consts::LN_2;
 use num_complex::Complex;
 
 /// A signal that may be there beside a steady tone.
@@ -30,10 +28,6 @@ pub enum Cause {
     Bend,
     /// The phase wanders or jumps.
     Wander,
-    /// A drift, or hum of less than two cycles in the record.
-    Slow,
-    /// Leakage of lines beyond the window.
-    Leak,
     /// Another line.
     Line,
     /// Two lines at equal distances below and above the tone: the sidebands of a modulation.
@@ -42,15 +36,8 @@ pub enum Cause {
 
 impl Cause {
     /// All causes, in the order of [`Answer::kept`](super::Answer::kept).
-    pub const ALL: [Self; CAUSES] = [
-        Self::Level,
-        Self::Bend,
-        Self::Wander,
-        Self::Slow,
-        Self::Leak,
-        Self::Line,
-        Self::Sidebands,
-    ];
+    pub const ALL: [Self; CAUSES] =
+        [Self::Level, Self::Bend, Self::Wander, Self::Line, Self::Sidebands];
 
     /// The name in outputs.
     pub const fn name(self) -> &'static str {
@@ -58,8 +45,6 @@ impl Cause {
             Self::Level => "level",
             Self::Bend => "bend",
             Self::Wander => "wander",
-            Self::Slow => "slow",
-            Self::Leak => "leak",
             Self::Line => "line",
             Self::Sidebands => "sidebands",
         }
@@ -72,283 +57,259 @@ pub const HYPOTHESES: usize = CAUSES + 2;
 /// The number of times that each cause was kept.
 pub type Kept = [u8; CAUSES];
 
+/// A cause as it joins the fit.
+#[derive(Clone, Copy, Debug)]
+pub enum Joins {
+    /// A level of this variance and smoothness.
+    Level(f32, usize),
+    /// A bend.
+    Bend,
+    /// A phase that wanders, of this variance.
+    Wander(f32),
+    /// A line close to the tone, at this distance.
+    Near(f32, Complex<f32>),
+    /// A line with columns of its own.
+    Far(f32, Complex<f32>, Reach),
+    /// Two of them, at opposite distances.
+    Sidebands(f32, [Complex<f32>; 2]),
+}
+
 /// The result of a round.
+#[derive(Debug)]
 pub struct Round {
     /// The residual's moments.
     pub moments: Moments,
-
-    /// Nothing more, each cause, and lines elsewhere: the offset is in bins from the peak.
+    /// Nothing more, each cause, and lines elsewhere: the offset is in bins from the tone.
     pub beliefs: [Belief; HYPOTHESES],
-    /// The cause that stays, and the logarithm of its odds over nothing more.
-    pub stays: Option<(Cause, f32)>,
-    /// The residual is larger near the tone than away from it.
-    pub lumpy: bool,
+    /// The cause that stays, the logarithm of its odds over nothing more, and how it joins.
+    pub stays: Option<(Cause, f32, Joins)>,
     /// The evidence of the residual.
     pub leftover: Leftover,
     /// The noise's power over the ring's if nothing more is there.
     pub scale: f32,
-    /// The degrees of freedom that the residual adds to the ring's noise estimate.
-    pub free: f32,
-    found: Found,
 }
 
-/// The causes as they join the fit.
-struct Found {
-    level: [(Best, [f32; SMOOTH]); 3],
-    wander: Best,
-    line: Place,
-    close: bool,
-    sidebands: Pair,
-    /// The variance of the offset.
-    spread: f32,
-}
-
-/// The logarithm of the prior of a line in an interval of this width at this distance: even within a bin, log-uniform beyond.
-fn place_prior(width: f32, distance: f32) -> f32 {
-    /// Both sides: the first bin, and the logarithm of the 16.5 bins beyond which the window ends.
-    const ALL: f32 = 2.0 * (1.0 + 2.803_360_4);
-    (width / (distance.abs().max(1.0) * ALL)).log_e()
-}
+/// A cause whose gain is so far below the best one's is not weighed.
+const BEHIND: f32 = 14.0;
 
 impl Round {
     /// Weighs every cause that may still join, beside a ring with `dof` degrees of freedom.
     #[inline(never)]
-    pub fn new(window: &Window, joint: &Joint, solution: &Solution, dof: f32, kept: &Kept) -> Self {
-        let leftover = Leftover::new(solution.energy, solution.free, dof);
-        let strength = joint.tone.value.norm_sqr();
-        let ground = Ground { leftover, variance: solution.variance(), strength };
-        let [_, _, step, ..] = solution.values;
-        let middle = joint.tone.offset + step;
-        let moments = Moments::from_residual(window, &joint.tone, &solution.left);
-        let count = |cause: Cause| kept.get(cause as usize).copied().unwrap_or(0);
+    pub fn new(window: &Window, joint: &Joint, dof: f32, kept: &Kept) -> Self {
+        let leftover = Leftover::new(joint.energy, joint.free, dof);
+        let strength = joint.envelope.size() * joint.envelope.size();
+        let ground = Ground { leftover, variance: joint.envelope.variance, strength };
+        let moments = Moments::of(joint);
         let inside = window.from_end() >= EDGE;
-        let moved = |cause| inside && count(cause) == 0;
-        let never = Belief::NEVER;
-        let (level, levels) = causes::level(&ground, &moments);
-        let (bend, _) = causes::bend(&ground, &moments);
-        let (wander, wandering) = causes::wander(&ground, &moments);
-        let slow = if slow::matter(window) && count(Cause::Slow) == 0 {
-            beside::slow(&ground, window, solution)
-        } else {
-            never
+        let open = |cause: Cause| inside && kept.get(cause as usize) == Some(&0);
+        // What each change explains at most.
+        let deviation = ground.variance.root();
+        let levels = moments.levels();
+        let [level, ..] = &levels;
+        let (bend, wander) = (moments.bend(), moments.wander(deviation));
+        let close = moments.close(deviation);
+        let energies = [energy(level), energy(&bend), energy(&wander)];
+        let close_energies = close.map(|(_, directions)| energy(&directions));
+        let largest = energies.iter().chain(&close_energies).fold(0.0, |a, b| larger(a, *b));
+        // Far below the largest energy nothing can win.
+        let least = 0.3 * if largest < 200.0 / 0.3 { largest } else { 200.0 / 0.3 };
+        let gain = |energy: f32| if energy > least { ground.gain(energy) } else { 0.0 };
+        let gains = energies.map(gain);
+        let close_gains = close_energies.map(gain);
+        let (far, pair) = far::lines(window, joint, &ground);
+        let most = gains.into_iter().chain(close_gains).chain(far.map(|place| place.best));
+        let margin = most.fold(pair.best, larger) - BEHIND;
+        // In full, who might win.
+        let weigh = |cause, gain: f32, directions: &[Direction], most| {
+            if open(cause) && gain > margin {
+                ground.weigh(directions, most)
+            } else {
+                Weighed::NEVER
+            }
         };
-        let leak =
-            if count(Cause::Leak) == 0 { beside::leak(&ground, window, solution) } else { never };
-        let (line, elsewhere, place, close) = if joint.count < LINES {
-            lines(&ground, window, joint, solution, &moments, inside)
-        } else {
-            (never, never, Place::NONE, false)
-        };
-        let sidebands = if joint.count + 2 <= LINES && !close && place.distance.is_finite() {
-            let prior = place_prior(0.5, place.distance);
-            beside::sidebands(&ground, window, joint, solution, place.distance.abs(), prior)
-        } else {
-            Pair::NONE
-        };
-        let share = ((1.0 - NOTHING_MORE) / CAUSES as f32).log_e();
-        let only = |condition, belief: Belief| if condition { belief.times(share) } else { never };
-        let nothing = ground.belief(0.0, 0.0, 0.0, 0.0).times(NOTHING_MORE.log_e());
-        let beliefs = [
-            nothing,
-            only(moved(Cause::Level), level),
-            only(moved(Cause::Bend), bend),
-            only(moved(Cause::Wander), wander),
-            slow.times(share),
-            leak.times(share),
-            line.times(share),
-            sidebands.belief.times(share),
-            elsewhere.times(share),
-        ]
-        .map(|belief| Belief { offset: belief.offset + middle, ..belief });
-        let mut stays = None;
-        let [nothing, rest @ ..] = &beliefs;
-        let mut most = nothing.log + KEPT_AT.log_e();
-        for (belief, cause) in rest.iter().zip(Cause::ALL) {
-            if belief.log > most {
-                most = belief.log;
-                stays = Some((cause, belief.log - nothing.log));
+        let [level_gain, bend_gain, wander_gain] = gains;
+        let levels = levels.map(|level| weigh(Cause::Level, level_gain, &level, 2.0 * strength));
+        let bent = weigh(Cause::Bend, bend_gain, &bend, 8.0 * strength);
+        let wandered = weigh(Cause::Wander, wander_gain, &wander, 8.0 * strength);
+        let mut places = [Place::NONE; PLACES + FARS];
+        if inside && joint.vacant() > 0 && joint.envelope.near.is_none() {
+            let unit = joint.envelope.unit;
+            for (place, ((distance, directions), gain)) in
+                places.iter_mut().zip(close.iter().zip(close_gains))
+            {
+                if gain > margin {
+                    *place = close_place(&ground, *distance, directions, unit);
+                }
             }
         }
-        let (_, scale) = leftover.less(0.0);
-        Self {
-            moments,
-            beliefs,
-            stays,
-            lumpy: lumpy(window, solution),
-            leftover,
-            scale,
-            free: solution.free,
-            found: Found {
-                level: levels,
-                wander: wandering,
-                line: place,
-                close,
-                sidebands,
-                spread: ground.variance,
-            },
-        }
+        places.iter_mut().skip(PLACES).zip(far).for_each(|(place, far)| *place = far);
+        let (here, elsewhere, best) = together(&places);
+        Self::choose(ground, moments, &levels, &bent, &wandered, [here, elsewhere], &best, &pair)
     }
 
-    /// The mixture of all hypotheses, with the weights' sum as unit.
-    pub fn all(&self) -> Belief {
-        let all = self.beliefs.into_iter().fold(Belief::NEVER, Belief::or);
-        Belief { log: 0.0, ..all }
+    /// The weights of all hypotheses, and the cause that stays.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "one for each cause")]
+    fn choose(
+        ground: Ground,
+        moments: Moments,
+        levels: &[Weighed; SMOOTHS],
+        bent: &Weighed,
+        wandered: &Weighed,
+        [here, elsewhere]: [Belief; 2],
+        line: &Place,
+        pair: &Sidebands,
+    ) -> Self {
+        let level = Belief::any(&levels.map(|level| level.belief.times(-LN_2)));
+        let mut smooth = 0;
+        let mut best = Weighed::NEVER;
+        for (number, level) in levels.iter().enumerate() {
+            if level.best > best.best {
+                (best, smooth) = (*level, number);
+            }
+        }
+        let share = ln((1.0 - NOTHING_MORE) / CAUSES as f32);
+        let scale = ground.leftover.scale();
+        let nothing =
+            Belief { log: ln(NOTHING_MORE), offset: 0.0, variance: ground.variance * scale };
+        let others = [level, bent.belief, wandered.belief, here, pair.belief, elsewhere];
+        let [level, bend, wander, here, sidebands, elsewhere] =
+            others.map(|belief| belief.times(share));
+        let beliefs = [nothing, level, bend, wander, here, sidebands, elsewhere];
+        let joins = [
+            Joins::Level(best.variance, smooth),
+            Joins::Bend,
+            Joins::Wander(wandered.variance),
+            match line.reach {
+                Reach::Close => Joins::Near(line.distance, line.value),
+                reach => Joins::Far(line.distance, line.value, reach),
+            },
+            Joins::Sidebands(pair.distance, pair.values),
+        ];
+        let mut stays = None;
+        let mut most = nothing.log + ln(KEPT_AT);
+        let causes = beliefs.iter().skip(1).zip(Cause::ALL).zip(joins);
+        for ((belief, cause), joins) in causes {
+            if belief.log > most {
+                most = belief.log;
+                stays = Some((cause, belief.log - nothing.log, joins));
+            }
+        }
+        Self { moments, beliefs, stays, leftover: ground.leftover, scale }
     }
 
     /// The weight of each hypothesis, as a share of all.
     pub fn weights(&self) -> [f32; HYPOTHESES] {
-        let all = self.beliefs.into_iter().fold(Belief::NEVER, Belief::or).log;
-        self.beliefs.map(|belief| exponential(belief.log - all))
+        let all = Belief::any(&self.beliefs).log;
+        self.beliefs.map(|belief| exp(belief.log - all))
     }
 
     /// The hypotheses that lost against a cause, with the cause's weight as unit. A pair of sidebands includes the line: whichever of the
     /// two joins, the other is not a rival.
     pub fn rivals(&self, cause: Cause) -> Belief {
-        let unit = self.beliefs.get(cause as usize + 1).map_or(0.0, |belief| belief.log);
-        let is_rival = |other: Option<Cause>| match cause {
-            Cause::Line | Cause::Sidebands => {
-                !matches!(other, Some(Cause::Line | Cause::Sidebands))
-            }
-            _ => other != Some(cause),
-        };
-        // Nothing more, the causes, and lines elsewhere.
-        let names = once(None).chain(Cause::ALL.map(Some)).chain(once(None));
-        let others = self.beliefs.iter().zip(names).filter(|(_, name)| is_rival(*name));
-        others.fold(Belief::NEVER, |all, (belief, _)| all.or(belief.times(-unit)))
-    }
-
-    /// Adds the cause to the fit; returns whether it is a change of the tone, or a line that looks like one.
-    pub fn keep(&self, cause: Cause, joint: &mut Joint) -> bool {
-        let strength = joint.tone.value.norm_sqr();
-        // A column of order p has a (2 p + 1)th of the tone's energy.
-        let priors = |variance: f32, sizes: &[f32]| {
-            let mut priors = [0.0; SMOOTH];
-            let orders = sizes.iter().zip(LENGTHS.iter().skip(1));
-            for (prior, (size, length)) in priors.iter_mut().zip(orders) {
-                *prior = strength / (variance * size * length * length).max(1e-9);
-            }
-            priors
-        };
-        match cause {
-            Cause::Level => {
-                let [mut best, rest @ ..] = self.found.level;
-                for other in rest {
-                    if other.0.log > best.0.log {
-                        best = other;
-                    }
-                }
-                joint.level = priors(best.0.variance, &best.1).map(Some);
-            }
-            Cause::Wander => {
-                let priors = priors(self.found.wander.variance, &WALK);
-                // Order 1 is the frequency itself.
-                joint.hidden = self.found.wander.variance * self.found.spread;
-                for (order, prior) in joint.phase.iter_mut().zip(priors).skip(1) {
-                    *order = Some(order.unwrap_or(prior));
-                }
-            }
-            Cause::Bend => {
-                let [_, second, ..] = &mut joint.phase;
-                *second = Some(0.0);
-            }
-            Cause::Slow => joint.slow = true,
-            Cause::Leak => joint.leak = true,
-            Cause::Line => {
-                let Place { distance, value: [re, im], .. } = self.found.line;
-                let value = Complex::new(re, im);
-                let unit = joint.tone.value * (1.0 / strength.root().max(1e-30));
-                joint.add(distance, if self.found.close { value * unit } else { value });
-            }
-            Cause::Sidebands => {
-                let Pair { distance, values: [re, im, other, turned], .. } = self.found.sidebands;
-                joint.add(-distance, Complex::new(re, im));
-                joint.add(distance, Complex::new(other, turned));
+        let mut others = self.beliefs;
+        let unit = others.get(cause as usize + 1).map_or(0.0, |belief| belief.log);
+        let is_line = |cause| matches!(cause, Cause::Line | Cause::Sidebands);
+        for (belief, other) in others.iter_mut().skip(1).zip(Cause::ALL) {
+            if other == cause || is_line(other) && is_line(cause) {
+                *belief = Belief::NEVER;
             }
         }
-        match cause {
-            Cause::Level | Cause::Bend | Cause::Wander => true,
-            Cause::Slow | Cause::Leak | Cause::Sidebands => false,
-            Cause::Line => self.found.close,
-        }
+        Belief::any(&others).times(-unit)
     }
 }
 
-/// The belief in a line at the most probable distance, in lines elsewhere, the line, and whether it is a close one.
-fn lines(
+/// A close line at a distance from a tone of this phase.
+fn close_place(
     ground: &Ground,
-    window: &Window,
-    joint: &Joint,
-    solution: &Solution,
-    moments: &Moments,
-    inside: bool,
-) -> (Belief, Belief, Place, bool) {
+    distance: f32,
+    directions: &[Direction; 2],
+    unit: Complex<f32>,
+) -> Place {
+    let prior = place_prior(INTERVAL, distance);
+    let Weighed { belief, best, variance } = ground.weigh(directions, 2.0 * ground.strength);
+    let [re, im] = directions
+        .map(|direction| direction.along * variance / (1.0 + direction.square * variance));
+    Place {
+        distance,
+        belief: belief.times(prior),
+        best: best + prior,
+        value: unit * Complex::new(re, im),
+        reach: Reach::Close,
+    }
+}
+
+/// The belief in a line at the most probable distance, in lines elsewhere, and the most probable one.
+fn together(places: &[Place; PLACES + FARS]) -> (Belief, Belief, Place) {
     /// Distances within this many bins belong to one line.
     const SAME: f32 = 0.6;
-    let mut close = causes::close(ground, moments, |distance| place_prior(0.25, distance));
-    if !inside {
-        close = [[Place::NONE; 2]; 6];
-    }
-    let prior = |distance| place_prior(0.5, distance);
-    let far = beside::lines(ground, window, joint, solution, prior);
-    let (close, far) = (close.as_flattened(), far.as_flattened());
-    let mut best = (Place::NONE, false);
-    for (place, near) in
-        close.iter().map(|place| (place, true)).chain(far.iter().map(|place| (place, false)))
-    {
-        if place.best.log > best.0.best.log {
-            best = (*place, near);
+    let mut best = Place::NONE;
+    for place in places {
+        if place.best > best.best {
+            best = *place;
         }
     }
-    let (mut here, mut elsewhere) = (Belief::NEVER, Belief::NEVER);
-    for place in close.iter().chain(far) {
-        let group = if (place.distance - best.0.distance).abs() < SAME {
-            &mut here
-        } else {
-            &mut elsewhere
-        };
-        *group = group.or(place.belief);
+    let [mut here, mut elsewhere] = [[Belief::NEVER; PLACES + FARS]; 2];
+    for ((place, here), elsewhere) in places.iter().zip(&mut here).zip(&mut elsewhere) {
+        let group = if (place.distance - best.distance).abs() < SAME { here } else { elsewhere };
+        *group = place.belief;
     }
-    (here, elsewhere, best.0, best.1)
+    (Belief::any(&here), Belief::any(&elsewhere), best)
 }
 
-/// The belief in a whole fit, for comparing fits to a window, with its solution's offset.
-pub fn belief_in(joint: &Joint, solution: &Solution, leftover: &Leftover) -> Belief {
-    let [_, _, step, ..] = solution.values;
-    let (log, power) = leftover.less(leftover.energy() - solution.energy);
-    Belief {
-        log: log - solution.cost(),
-        offset: joint.tone.offset + step,
-        variance: power * solution.variance(),
+impl Envelope {
+    /// The level has the priors of a slow swing as large as it is.
+    pub fn swings(&mut self) {
+        let levels = |term: &&mut Term| term.order > 0 && term.quarter == 0;
+        let sizes = self.terms.iter_mut().filter(levels).map(|term| term.size * term.size);
+        let variance = sizes.fold(1.0, larger);
+        for (term, size) in self.terms.iter_mut().filter(levels).zip(swing()) {
+            term.prior = 1.0 / larger(variance * size, 1e-9);
+        }
     }
 }
 
-/// The logarithm of the prior density of a line's distance over the density of its prior in a fit, near the tone.
-pub fn density(other: &Other) -> f32 {
-    let [_, precision] = other.precision;
-    place_prior(1.0, 1.0) - 0.5 * (precision / core::f32::consts::TAU).log_e()
-}
-
-/// Whether the residual is larger near the tone than noise would leave there, given the residual away from it.
-fn lumpy(window: &Window, solution: &Solution) -> bool {
-    /// The inner bins on each side of the peak.
-    const INNER: i32 = 4;
-    /// The fewest degrees of freedom of each part.
-    const FEWEST: f32 = 4.0;
-    let (mut inner, mut outer) = ([0.0; 2], [0.0; 2]);
-    for ((i, left), used) in (-(REACH as i32)..).zip(&solution.left).zip(&window.used) {
-        let [energy, numbers] = if i.abs() <= INNER { &mut inner } else { &mut outer };
-        *energy += left.norm_sqr();
-        *numbers += 2.0 * used;
+impl Joint<'_> {
+    /// A cause joins the fit.
+    pub fn join(&mut self, joins: Joins) {
+        let strength = self.envelope.size() * self.envelope.size();
+        let offset = self.offset();
+        let envelope = &mut self.envelope;
+        match joins {
+            Joins::Level(variance, smooth) => {
+                for (size, order) in level(smooth).into_iter().zip(1..) {
+                    let prior = 1.0 / larger(variance * size, 1e-9);
+                    let _ = envelope.terms.push(Term { order, quarter: 0, size: 0.0, prior });
+                }
+            }
+            Joins::Bend => {
+                let _ = envelope.terms.push(Term { order: 2, quarter: 1, size: 0.0, prior: 0.0 });
+            }
+            Joins::Wander(variance) => {
+                let bends = |term: &Term| term.quarter == 1;
+                let bent = envelope.terms.iter().any(bends);
+                for (walk, order) in WALK.into_iter().zip(1..=ORDERS).skip(1) {
+                    if order == 2 && bent {
+                        continue;
+                    }
+                    let prior = 1.0 / larger(variance * walk, 1e-9);
+                    let _ = envelope.terms.push(Term { order, quarter: 1, size: 0.0, prior });
+                }
+                // Order 1 is the frequency itself.
+                envelope.hidden = variance * envelope.variance;
+            }
+            Joins::Near(distance, value) => {
+                let priors = [1.0 / larger(strength, 1e-30), 4.0 / (distance * distance)];
+                envelope.near = Some(Near { at: envelope.delta + distance, value, priors });
+            }
+            Joins::Far(distance, value, reach) => {
+                let _ = self.lines.push(Far { at: offset + distance, value, reach });
+            }
+            Joins::Sidebands(distance, [value, other]) => {
+                for (at, value) in [(offset + distance, value), (offset - distance, other)] {
+                    let _ = self.lines.push(Far { at, value, reach: Reach::Inside });
+                }
+            }
+        }
     }
-    let free = (inner[1] - solution.fitted(window)).max(FEWEST);
-    let others = outer[1].max(FEWEST);
-    inner[0] * others > outer[0] * free * chance::ratio(CHANCE, free, others)
-}
-
-/// Whether a cause that joined is a change of the tone, or a line so near that it looks like one. The bend of a chirp is not a change.
-pub fn is_near(joint: &Joint, kept: &Kept, bends: bool) -> bool {
-    let [level, bend, wander, ..] = kept;
-    let bend = if bends { &0 } else { bend };
-    let near = |other: &Other| (other.line.offset - joint.tone.offset).abs() < NEAR;
-    level + bend + wander > 0 || joint.lines().iter().any(near)
 }

@@ -2,6 +2,7 @@
 //! uncorrelated there.
 
 use super::constants::{REACH, WIDTH};
+use super::far::Reach;
 use super::shape::{NOTHING, Shape};
 use crate::math::series::circle;
 use num_complex::Complex;
@@ -65,6 +66,35 @@ impl Window {
     pub fn has(&self, offset: f32) -> bool {
         let bins = self.peak as f32 + offset;
         self.iq || (0.5 < bins && bins < self.n as f32 * 0.5 - 0.5)
+    }
+
+    /// Where lines outside the window are tried, below and above the peak: halfway between bins, where they leak most; `None` if there is no
+    /// spectrum outside.
+    pub fn outside(&self) -> [Option<(f32, Reach)>; 2] {
+        /// Bins beyond the window's last: the nearest place from which the leakage of all lines farther off has nearly one shape.
+        const BEYOND: f32 = 4.5;
+        /// Bins from 0 Hz: a drift leaks more than noise up to here.
+        const SLOW: f32 = 3.0 * REACH as f32;
+        /// A shorter record has no more bins than the window.
+        const SHORTEST: usize = 128;
+        if self.n < SHORTEST {
+            return [None; 2];
+        }
+        let last = REACH as f32;
+        let near = last + BEYOND;
+        let to_zero = self.peak.abs() as f32;
+        let seen = to_zero <= last + 1.0;
+        // A drift of the mean, and slow hum, are lines at 0 Hz.
+        let slow = match (seen, self.iq) {
+            (true, true) => Some((to_zero, Reach::Slow)),
+            (true, false) => None,
+            _ if to_zero < SLOW => Some((to_zero - 0.5, Reach::Outside)),
+            _ => Some((near, Reach::Outside)),
+        };
+        let to_end = if self.iq { f32::INFINITY } else { (self.n as i32 / 2 - self.peak) as f32 };
+        let other = (to_end > near + 1.0).then_some((near, Reach::Outside));
+        let [below, above] = if self.peak < 0 { [other, slow] } else { [slow, other] };
+        [below.map(|(place, reach)| (-place, reach)), above]
     }
 
     /// The distances of the bins from the peak.

@@ -124,7 +124,8 @@ impl<'a> Measured<'a> {
         measurement.result = if self.terms.pairs() {
             let drift = evidence.drift.filter(|_| tone.verdict <= Verdict::Moving);
             let others = block.peak.map_or(u64::MAX, |peak| peak.floor);
-            let lines = self.beats(&measurement, drift, others);
+            let alone = evidence.joined == 0 && self.is_alone(&tone, others);
+            let lines = self.beats(&measurement, drift, alone);
             ramps.solve(&self.terms.solver, stamp, &lines, signed)
         } else {
             ramps.solve(&self.terms.solver, stamp, &[Line::from(tone)], signed)
@@ -214,19 +215,19 @@ impl<'a> Measured<'a> {
         Some(harmonic)
     }
 
-    /// The lines of the last block that a target's beats may be, the strongest first: `drift` is the rise of a usable tone, `others`
-    /// the power of the bins beside the strongest.
+    /// The lines of the last block that a target's beats may be, the strongest first: `drift` is the rise of a usable tone, `is_alone`
+    /// says that there is no other.
     #[inline(never)]
     fn beats(
         &self,
         measurement: &Measurement,
         drift: Option<FrequencyDrift>,
-        others: u64,
+        is_alone: bool,
     ) -> Vec<Line, MOST> {
         let tone = measurement.tone;
         // The measured tone is the better one if it is alone.
         let alone = || first([Line { tone, drift }].into_iter());
-        if tone.verdict > Verdict::Weak || self.is_alone(&tone, others) {
+        if tone.verdict > Verdict::Weak || is_alone {
             return alone();
         }
         // Lines are sought in floats, which take fifty blocks' time without an FPU.
@@ -246,7 +247,7 @@ impl<'a> Measured<'a> {
     /// Whether a tone of the last block is the only line of [`COMPARABLE`] strength, by bins that are read in integers: the search for
     /// lines in floats takes as long as the block. A line within the skirt of the tone would show in its fit.
     fn is_alone(&self, tone: &Tone, others: u64) -> bool {
-        if tone.verdict > Verdict::Moving || !self.terms.options.effort.is_one_tone() {
+        if tone.verdict > Verdict::Moving {
             return false;
         }
         let layout = self.view.layout;

@@ -3,6 +3,7 @@
 
 use super::FrequencyDrift;
 use super::fit::Fit;
+use super::judge::HIDDEN;
 use super::line_class::{FitTest, LineClass, SUSPICIOUS};
 use super::noise::ring::LocalNoise;
 use super::observer::Tap;
@@ -25,10 +26,6 @@ const FEW: f32 = 20.0;
 /// A tone still moves if the residual beyond the directions is less than this share of the power along them. A tone that wanders, or swings
 /// once or twice within the record, mostly leaves less; two lines 1.5 bins apart leave more.
 const SHARE: f32 = 0.5;
-
-/// The power of a disturbance along the direction of the frequency, in units of its power in the residual: 3 for a jump of the phase in the
-/// middle of a record, 5 for a second tone half a bin away.
-const HIDDEN: f32 = 5.0;
 
 /// The largest ratio that two lines make of the power along changes of the phase to that along
 /// changes of the amplitude.
@@ -137,34 +134,6 @@ pub(super) fn judge_closely(
     FitTest {
         line: LineClass::Moving,
         variance_inflation: 1.0 + HIDDEN * odd + level * (mirror + CUT),
-    }
-}
-
-/// Judges a fit that was chosen because another failed, and is steady. More terms explain a part of any residual: if one of the four tests
-/// is less probable than 5e-4, sigma grows as with several tones.
-#[inline(never)]
-pub(super) fn chosen(fit: &Fit<f32>, n: usize, beside: &LocalNoise, judgement: FitTest) -> FitTest {
-    let LocalNoise { noise, loud, .. } = beside;
-    let unit = 2.0 / (noise.power * n as f32);
-    let transform = TRANSFORM * fit.line.norm_sqr();
-    let rest = |power: f32| (power - transform).max(0.0) * unit;
-    let tail = Tail { deviations: CLEAN, noise: noise.dof };
-    let clean = |power, free| tail.exceeds(power, free);
-    let Changes { amplitude: [a1, a2, a3], phase: [p2, p3], .. } = Changes::from_fit(fit, false);
-    let [two, four, _] = fit.rest.within.map(rest);
-    let [free2, free4, _] = SCALES;
-    let moved = rest(a1 + a2 + a3 + p2 + p3);
-    if !(clean(moved, DIRECTIONS)
-        || clean(two, free2)
-        || clean(four, free4)
-        || clean(rest(fit.residual) * (noise.power / loud), fit.dof.max(1) as f32))
-    {
-        return judgement;
-    }
-    let most = (moved - DIRECTIONS).max(four - free4).max(0.0);
-    FitTest {
-        variance_inflation: judgement.variance_inflation.max(1.0 + HIDDEN * most),
-        ..judgement
     }
 }
 

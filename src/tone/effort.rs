@@ -1,49 +1,57 @@
 //! The effort spent on a line that is not a steady tone.
 
-/// The effort spent on a line that is not a steady tone. The effort sets the most that a block may take, so a real-time system chooses it
-/// by the ceilings in `docs/performance.md`.
+/// The effort spent on a line that is not a steady tone: the number of rounds of the joint fit, 0 to 3. The effort sets the most that a
+/// block may take, so a real-time system chooses it by the ceilings in `docs/performance.md`. The rounds need the feature `joint-fit`, and
+/// are in floats: a core without an FPU takes some forty times as long.
 ///
-/// A block that shows one steady tone has the same answer at every effort. `Full` leaves no answer unresolved that `One` gives; `One` leaves
-/// a few bursts unresolved that `Look` gives. `docs/effort.md` says which lines become usable, and how wrong they are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+/// A block that shows one steady tone has the same answer at every effort. With 0 rounds two more steps of the fit and tests on what it
+/// leaves say whether another line may be used. Each round joins one cause to the fit: a level that changes, a phase that bends or wanders, another line, or a pair of sidebands. `docs/effort.md` says
+/// which lines become usable, and how wrong they are.
+///
+/// ```
+/// use picket_dsp::Effort;
+/// assert_eq!(Effort::default().rounds(), 3); // on a desk
+/// assert_eq!(Effort::from_rounds(4), None);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[repr(u8)]
-#[non_exhaustive]
-pub enum Effort {
-    /// One fit, and tests on its residual, see `judge`. Where the tests find no steady tone, the fit goes on for two
-    /// steps. Another line near the tone is `unresolved`, and so is a tone at low bins beside a drift or hum.
-    Look = 1,
-    /// One tone, fitted as well as it can be: where the tests find no steady tone, all steps to the fit's end, and one more fit beside a
-    /// drift of the samples or slow hum.
-    #[default]
-    One = 0,
-    /// Where these steps find no steady tone either, a joint fit of the tone and of at most three causes. The effort needs the feature
-    /// `joint-fit`, and is written for cores with an FPU.
-    #[cfg(feature = "joint-fit")]
-    Full = 2,
-}
+pub struct Effort(u8);
 
 impl Effort {
-    /// Every effort of this program, the least first.
-    pub const ALL: &[Self] = &[
-        Self::Look,
-        Self::One,
-        #[cfg(feature = "joint-fit")]
-        Self::Full,
-    ];
+    /// No round.
+    pub const LOOK: Self = Self(0);
+    /// One round.
+    pub const ONE: Self = Self(1);
+    /// Two rounds: the usual effort of a core with an FPU.
+    pub const TWO: Self = Self(2);
+    /// Three rounds: the usual effort of a desk.
+    pub const THREE: Self = Self(3);
 
-    /// Whether a good tone is one by itself, and not beside other lines that were fitted as well.
-    pub(crate) const fn is_one_tone(self) -> bool {
-        matches!(self, Self::Look | Self::One)
+    /// Every effort, the least first.
+    pub const ALL: &[Self] = &[Self::LOOK, Self::ONE, Self::TWO, Self::THREE];
+
+    /// The effort of so many rounds; `None` beyond 3.
+    pub const fn from_rounds(rounds: u8) -> Option<Self> {
+        if rounds <= crate::model::constants::ROUNDS { Some(Self(rounds)) } else { None }
     }
 
-    /// The name in commands and JSON.
+    /// The most rounds of the joint fit. It is the number in settings, records and captures, too.
+    pub const fn rounds(self) -> u8 {
+        self.0
+    }
+
+    /// The effort that a program has for this choice: none without the feature `joint-fit`.
+    pub const fn available(self) -> Self {
+        if cfg!(feature = "joint-fit") { self } else { Self::LOOK }
+    }
+
+    /// The name in commands and JSON: the number of rounds.
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::Look => "look",
-            Self::One => "one",
-            #[cfg(feature = "joint-fit")]
-            Self::Full => "full",
+        match self.0 {
+            0 => "0",
+            1 => "1",
+            2 => "2",
+            _ => "3",
         }
     }
 
@@ -52,36 +60,21 @@ impl Effort {
         Self::ALL.iter().copied().find(|effort| effort.name() == name)
     }
 
-    /// The number in settings, records and captures.
-    pub const fn number(self) -> u8 {
-        self as u8
-    }
-
-    /// The effort of this number; `None` if this program has no such effort.
-    pub fn from_number(number: u8) -> Option<Self> {
-        Self::ALL.iter().copied().find(|effort| effort.number() == number)
-    }
-
-    /// The most steps of a further fit to a line that is not a steady tone. Two steps estimate the fit's end by a secant; eight steps reach
-    /// it.
-    pub(crate) const fn steps(self) -> u32 {
-        match self {
-            Self::Look => 2,
-            _ => 8,
+    /// Two rounds on a microcontroller with an FPU, none on one without, three on a desk.
+    pub const fn from_core() -> Self {
+        if cfg!(not(target_os = "none")) {
+            Self::THREE
+        } else if cfg!(target_abi = "eabihf") {
+            Self::TWO
+        } else {
+            Self::LOOK
         }
     }
+}
 
-    /// Whether a line that is not a steady tone is fitted together with a drift or hum.
-    pub(crate) const fn fits_beside_slow(self) -> bool {
-        !matches!(self, Self::Look)
-    }
-
-    /// The most causes that may join a fit; `None` where no joint fit is made.
-    pub(crate) const fn causes(self) -> Option<usize> {
-        match self {
-            Self::Look | Self::One => None,
-            #[cfg(feature = "joint-fit")]
-            Self::Full => Some(crate::model::constants::ROUNDS),
-        }
+impl Default for Effort {
+    /// [`Effort::from_core`].
+    fn default() -> Self {
+        Self::from_core()
     }
 }

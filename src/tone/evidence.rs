@@ -31,6 +31,8 @@ pub struct Evidence {
     pub detected: bool,
     /// The line's class, by the fit's residual.
     pub line: LineClass,
+    /// The causes that joined a fit of the line with what is beside it, but for the bend of a ramp.
+    pub joined: u8,
     /// The rise of the frequency within the record, where the line's class is [`LineClass::Moving`], and on a ramp by float
     /// arithmetic.
     pub drift: Option<FrequencyDrift>,
@@ -66,6 +68,7 @@ impl Evidence {
             found: true,
             detected: true,
             line: LineClass::Steady,
+            joined: 0,
             drift: None,
             image: false,
             front_end: false,
@@ -85,7 +88,7 @@ impl Evidence {
     pub fn rules(&self) -> [(bool, Verdict); 12] {
         #[rustfmt::skip]
         let Self {
-            said: _, found, detected, line, drift: _, image, front_end, gap, outside, beyond, clipped, edge_bins, sigma,
+            said: _, found, detected, line, joined: _, drift: _, image, front_end, gap, outside, beyond, clipped, edge_bins, sigma,
         } = *self;
         // A sigma or a frequency that is NaN is not good.
         let (known, inside) = (sigma < WHOLE_SPECTRUM, edge_bins >= EDGE_BINS);

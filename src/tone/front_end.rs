@@ -200,6 +200,52 @@ pub(super) fn has_fault(
     sight.is_faulty(glance, observer)
 }
 
+/// Whether a record has more power than tones between the rails have where there are as many lines: codes that wrap make lines wherever one
+/// looks, so that nothing beside a tone is explained.
+#[inline(never)]
+pub(super) fn is_full(
+    view: &View,
+    data: Data,
+    peak: &Peak,
+    codes: Codes,
+    unit: f32,
+    fit: &Fit<f32>,
+) -> bool {
+    let Layout { n, iq, .. } = *view.layout;
+    let line = fit.line.norm_sqr();
+    let share = peak.floor as f32 * (unit * unit) / line - leakage(iq, fit.offset);
+    let range = range(codes);
+    let seen = 0.5 * fit.amplitude_squared(iq, n) * (1.0 + share);
+    if share < OTHERS || seen < COUNTED * bound(share, TOLD) * (range * range) {
+        return false;
+    }
+    let others = lines(view, peak.bin, (THIRD * line / (unit * unit)) as u64);
+    // Where crests of four tones just reach the rails, two and three may be beyond.
+    let most = [TWO, TWO, THREE].get(others as usize).unwrap_or(&1.0);
+    mean_square(data.pairs) > most * bound(share, others.saturating_sub(1)) * (range * range)
+        && reaches(data.pairs, codes)
+}
+
+/// The variance in squared bins of a tone of `bins` in `data` by the edges of two levels; 0 of any other wave. A wave of two levels changes
+/// between samples: where, no sample tells, and so the frequency is not known better than by the interval's part at both ends of the record.
+#[inline(never)]
+pub(super) fn edges(data: Data, bins: f32, n: usize) -> f32 {
+    /// The mean square of a wave of two levels over the square of half their distance is 1, that of a tone a half.
+    const LEVELS: f32 = 0.75;
+    /// The variance of two times that are anywhere within an interval.
+    const INTERVALS: f32 = 2.0 / 12.0;
+    let [mut least, mut most] = [i16::MAX, i16::MIN];
+    for &part in data.pairs.iter().flatten() {
+        (least, most) = (least.min(part), most.max(part));
+    }
+    let half = 0.5 * (i32::from(most) - i32::from(least)) as f32;
+    if mean_square(data.pairs) < LEVELS * half * half {
+        return 0.0;
+    }
+    let share = bins / n as f32;
+    INTERVALS * share * share
+}
+
 /// A bin in codes.
 fn in_codes(Complex { re, im }: Complex<i32>, unit: f32) -> Complex<f32> {
     Complex::new(re as f32 * unit, im as f32 * unit)
@@ -242,7 +288,7 @@ impl Sight<'_> {
     #[inline(never)]
     pub fn is_faulty(&self, glance: Glance, observer: impl Tap) -> bool {
         let line = self.fit.line.norm_sqr();
-        let share = self.others / line - self.leakage();
+        let share = self.others / line - leakage(self.iq, self.fit.offset);
         let wraps = glance.others
             && share > OTHERS
             && self.is_full(share)
@@ -250,24 +296,9 @@ impl Sight<'_> {
         wraps || !self.iq && glance.exchanged && self.is_exchanged(observer)
     }
 
-    /// The largest share of its power that a tone at this offset has beyond its skirt: `sin^2(pi d) / pi^2` of the sum of `1/m^2` over bins
-    /// `m` away, from 8.5 on, on both sides. Next to an end of a real record there is one side, but the mirror image adds its amplitude,
-    /// the most where the tone is [`EDGE_BINS`] from the end: `1/8.5 + 1/11.5 + ln(11.5/8.5) / 1.5`.
-    fn leakage(&self) -> f32 {
-        let most = if self.iq { 2.0 / 8.5 } else { 0.406 };
-        let sine = f32::unit(0.5 * self.fit.offset).im * core::f32::consts::FRAC_1_PI;
-        most * (sine * sine)
-    }
-
-    /// Half the range of the codes.
-    fn range(&self) -> f32 {
-        let (low, high) = self.codes.rails();
-        0.5 * (i32::from(high) - i32::from(low) + 1) as f32
-    }
-
     /// Whether the bins alone have nearly the power that three tones may have: only then are the samples read.
     fn is_full(&self, share: f32) -> bool {
-        let range = self.range();
+        let range = range(self.codes);
         let squared = if self.iq {
             self.fit.amplitude_squared(true, self.n)
         } else {
@@ -280,7 +311,7 @@ impl Sight<'_> {
     /// Whether the samples have more power than tones between the rails can have; the weakest tone that counts has the power `least`.
     #[inline(never)]
     fn wraps(&self, share: f32, least: f32, observer: impl Tap) -> bool {
-        let range = self.range();
+        let range = range(self.codes);
         let power = mean_square(self.pairs) / (range * range);
         let [two, three] = most(share);
         // Few records have the power that is worth another pass.
@@ -326,16 +357,35 @@ impl Sight<'_> {
     }
 }
 
-/// The most power of two and of three tones between the rails, over the square of half the range; `share` is the power of all tones but the
-/// strongest over the power of the strongest.
+/// The largest share of its power that a tone at this offset has beyond its skirt: `sin^2(pi d) / pi^2` of the sum of `1/m^2` over bins `m`
+/// away, from 8.5 on, on both sides. Next to an end of a real record there is one side, but the mirror image adds its amplitude, the most
+/// where the tone is [`EDGE_BINS`] from the end: `1/8.5 + 1/11.5 + ln(11.5/8.5) / 1.5`.
+fn leakage(iq: bool, offset: f32) -> f32 {
+    let most = if iq { 2.0 / 8.5 } else { 0.406 };
+    let sine = f32::unit(0.5 * offset).im * core::f32::consts::FRAC_1_PI;
+    most * (sine * sine)
+}
+
+/// Half the range of the codes.
+fn range(codes: Codes) -> f32 {
+    let (low, high) = codes.rails();
+    0.5 * (i32::from(high) - i32::from(low) + 1) as f32
+}
+
+/// The most power of two and of three tones between the rails, over the square of half the range, with what lies beyond the rails;
+/// `share` is the power of all tones but the strongest over the power of the strongest.
 fn most(share: f32) -> [f32; 2] {
+    [TWO * bound(share, 0), THREE * bound(share, 1)]
+}
+
+/// The power of tones whose crests reach the rails, over the square of half the range: the strongest, so many of the power [`THIRD`], and
+/// one that has the rest of the `share`.
+fn bound(share: f32, weak: u32) -> f32 {
     // No tone is stronger than the strongest.
     let share = share.min(1.0);
-    let of = |others: f32| {
-        let crest = 1.0 + others;
-        0.5 * (1.0 + share) / (crest * crest)
-    };
-    [TWO * of(share.root()), THREE * of(ROOT_THIRD + (share - THIRD).max(0.0).root())]
+    let weak = weak as f32;
+    let crest = 1.0 + weak * ROOT_THIRD + (share - weak * THIRD).max(0.0).root();
+    0.5 * (1.0 + share) / (crest * crest)
 }
 
 /// Whether samples lie within a thirty-second of the range of both rails: those of a tone beyond one do, which come back at the other. The

@@ -15,8 +15,7 @@
 //! other line gets the close look of `close_judgement`.
 
 use super::close_judgement::judge_closely;
-use super::line_class::FitTest;
-use super::line_class::SUSPICIOUS;
+use super::line_class::{FitTest, LineClass, SUSPICIOUS};
 use super::noise::ring::LocalNoise;
 use super::observer::Tap;
 use super::statistic::{Statistic, Test};
@@ -24,6 +23,10 @@ use crate::tone::fit::Fit;
 
 /// Above this power in the bins up to 2 and up to 4 from the peak the tests are made.
 const UNLIKELY: [f32; 2] = [35.0, 50.0];
+
+/// The power of a disturbance along the direction of the frequency, in units of its power in the residual: 3 for a jump of the phase in the
+/// middle of a record, 5 for a second tone half a bin away.
+pub(super) const HIDDEN: f32 = 5.0;
 
 /// `1 / sum(f^2)` of each function: turns a squared projection onto f into power, largest over the offset.
 const PER_SQUARE: [f32; 3] = [3.23, 5.68, 8.40];
@@ -34,9 +37,10 @@ pub fn from_end(peak: i32, n: usize, iq: bool) -> i32 {
     if iq { i32::MAX } else { peak.min(n as i32 / 2 - peak).max(1) }
 }
 
-/// Judges the fit of a record of `n` samples to a tone at this distance in bins from the nearer end of the spectrum, see [`from_end`].
-/// `bends` says that the tone's phase may bend without any change of the frequency in the middle, see
-/// [`Segment::bends`](crate::acquire::sample::Segment::bends). Cost: some thirty operations if nothing is suspicious.
+/// Judges a line among others, whose fit is beside theirs, in a record of `n` samples and at this distance in bins from the nearer end of
+/// the spectrum, see [`from_end`]: the first look, then the close look of `close_judgement`. `bends` says that the tone's phase may bend
+/// without any change of the frequency in the middle, see [`Segment::bends`](crate::acquire::sample::Segment::bends). Cost: some thirty
+/// operations if nothing is suspicious.
 #[inline(never)]
 pub fn judge(
     fit: &Fit<f32>,
@@ -46,6 +50,16 @@ pub fn judge(
     bends: bool,
     observer: impl Tap,
 ) -> FitTest {
+    match first_look(fit, n, beside, observer) {
+        FitTest::STEADY => FitTest::STEADY,
+        _ => judge_closely(fit, n, from_end, beside, bends, observer),
+    }
+}
+
+/// The first look: four powers of the residual below their limits are a steady tone. Any other line is unresolved until a joint fit
+/// explains it; its variance grows with the largest excess.
+#[inline(never)]
+pub fn first_look(fit: &Fit<f32>, n: usize, beside: &LocalNoise, observer: impl Tap) -> FitTest {
     let LocalNoise { noise, .. } = beside;
     // In units of half the noise power of a bin, so that each degree of freedom leaves 1.
     let unit = 2.0 / (noise.power * n as f32);
@@ -71,5 +85,7 @@ pub fn judge(
     {
         return FitTest::STEADY;
     }
-    judge_closely(fit, n, from_end, beside, bends, observer)
+    // Of a disturbance as much may be along the frequency as in the residual.
+    let most = along.max(two).max(four) * unit;
+    FitTest { line: LineClass::Unresolved, variance_inflation: 1.0 + HIDDEN * most }
 }

@@ -24,11 +24,10 @@ use super::clipped::CensoredFit;
 use super::clipped::part::Part;
 use super::detection::stands_out;
 use super::evidence::{EDGE_BINS, Evidence, edge_bins};
-use super::fit::leaked::{Leakage, Nearest};
 use super::fit::{self, Fit, FitNear, FitStart};
-use super::front_end::has_fault;
+use super::front_end::{edges, has_fault, is_full};
 use super::image::mirrored;
-use super::judge::judge;
+use super::judge::{first_look, judge};
 use super::line_class::{FitTest, LineClass};
 use super::noise::ring::{self, LocalNoise};
 use super::noise::{Noise, ratio};
@@ -110,28 +109,25 @@ pub(crate) fn weigh(
     // Noise. A step in the noise floor next to the tone is rare.
     let ring = ring::beside(around, fit, arithmetic);
     let clipped = clipped as f32 / n as f32;
-    // In software floats a fit to few bins takes a quarter of a block's time.
-    let may_refine = clipped <= CLIPPED && matches!(arithmetic, Arithmetic::Float);
-    let nearest = || Nearest::from_neighbourhood(around);
-    let (mut beside, mut leakage) = (ring, Leakage::default());
+    let mut beside = ring;
     observer.hear(|| beside.edge());
+    let rounds = options.effort.available().rounds();
     if beside.has_edge() {
-        leakage = unusual::at_edge(&mut beside, may_refine.then(nearest).as_ref(), fit, n);
+        unusual::at_edge(&mut beside, fit, n);
     }
     let noise = beside.noise.power;
-    // Judgement. A line that is not a steady tone takes more steps to the fit's end. A clipped tone has harmonics, which no step lessens.
+    // Judgement. A clipped tone has harmonics, which are not a movement.
     let bends = stamp.segment.bends();
-    let judge_step = |fit: &Fit<f32>, step| {
+    let look = Look { n, from_end: around.from_end(), bends, rounds };
+    let judged = |fit: &Fit<f32>, step| {
         observer.begin(step);
-        judge_unless_clipped(fit, n, around.from_end(), &beside, clipped, bends, observer)
+        let judgement = judge_unless_clipped(fit, &look, &beside, clipped, observer);
+        observer.judged(&judgement, true);
+        judgement
     };
-    let mut judgement = judge_step(fit, Step::Usual);
-    observer.judged(&judgement, true);
-    if judgement.line != LineClass::Steady && clipped <= CLIPPED {
-        let usual = judgement;
-        judgement = unusual::further(
-            view, fit_near, around, options, &beside, fit, usual, judge_step, observer,
-        );
+    let mut judgement = judged(fit, Step::Usual);
+    if look.rounds == 0 && judgement.line != LineClass::Steady && clipped <= CLIPPED {
+        judgement = unusual::further(fit_near, around, options, fit, judgement, judged);
     }
     let FitTest { line: mut class, variance_inflation } = judgement;
     // Sigma, of a clipped record by its other samples.
@@ -149,22 +145,43 @@ pub(crate) fn weigh(
         sigma = unusual::widened(&censored, sigma, inflated, clipped);
     }
     // Detection: the factor by which the selection of a tone near the threshold widens sigma; none if the line is not detected.
-    beside.loud = beside.loud.max(leakage.loud);
+    beside.loud = beside.loud.max(ring.loud);
     let mut selection = stands_out(view, around, peak, fit, &beside, options, observer);
     let image = iq && mirrored(around, fit, &beside.noise, observer);
-    if may_refine && class == LineClass::Unresolved {
-        let refined = leakage.refined(&nearest(), noise, fit, sigma);
-        observer.hear(|| Test::new(Statistic::Nearest, sigma / refined, 1.0));
-        sigma = refined;
-    }
     observer.fitted(peak.bin, fit, noise);
+    let mut joined = 0;
     let mut reported_noise = censored.map_or(noise, |censored| censored.noise);
-    if class != LineClass::Steady
-        && let Some(joint) = unusual::joint(around, fit, &ring, options, bends, observer)
+    let mut quiet = None;
+    if class == LineClass::Steady && ring.has_edge() && rounds > 0 && !bends && clipped <= CLIPPED {
+        quiet = unusual::beside_a_line(&ring, fit, n);
+    }
+    let unsteady = class != LineClass::Steady || quiet.is_some();
+    if unsteady
+        && !(clipped > CLIPPED && unusual::has_harmonic_on_it(around, fit))
+        && let Some(joint) = unusual::joint(
+            around,
+            fit,
+            quiet.as_ref().unwrap_or(&ring),
+            options,
+            bends,
+            clipped > CLIPPED,
+            class,
+            observer,
+        )
     {
-        (class, sigma, reported_noise) = joint;
-        inflated = reported_noise;
-        selection = Some(selection.unwrap_or(1.0));
+        (class, sigma) = (joint.class, joint.sigma);
+        if clipped <= CLIPPED && is_full(view, data, peak, codes, around.unit(), fit) {
+            class = LineClass::Unresolved;
+        }
+        if !iq {
+            let edges = edges(data, peak.bin as f32 + fit.offset, n);
+            sigma = (sigma * sigma + edges).root();
+        }
+        (inflated, joined) = (joint.noise, joint.joined);
+        reported_noise = censored.map_or(joint.noise, |censored| censored.noise);
+        if joint.found {
+            selection = Some(selection.unwrap_or(1.0));
+        }
     }
     // Front end. A record with another verdict needs no test of it.
     let front_end = selection.is_some()
@@ -187,6 +204,7 @@ pub(crate) fn weigh(
         found: true,
         detected: selection.is_some(),
         line: class,
+        joined,
         drift: (moving || seen).then(|| FrequencyDrift::from_fit(fit, n, noise)),
         image,
         front_end,
@@ -212,20 +230,29 @@ pub fn rise(view: &View, peak: i32, options: &Options) -> Option<FrequencyDrift>
     Some(FrequencyDrift::from_fit(&fit, near.n, beside.noise.power))
 }
 
-/// The line's class, and the factor by which its variance exceeds the variance that the noise causes.
-///
-/// For a clipped record, whose harmonics are not a movement, only whether the residual is too large.
-fn judge_unless_clipped(
-    fit: &Fit<f32>,
+/// What a line is judged by, beside its fit.
+struct Look {
     n: usize,
     from_end: i32,
+    bends: bool,
+    rounds: u8,
+}
+
+/// The line's class, and the factor by which its variance exceeds the variance that the noise causes: by the first look alone if a joint
+/// fit follows. A clipped record has harmonics: only whether the residual is too large.
+fn judge_unless_clipped(
+    fit: &Fit<f32>,
+    &Look { n, from_end, bends, rounds }: &Look,
     beside: &LocalNoise,
     clipped: f32,
-    bends: bool,
     observer: impl Tap,
 ) -> FitTest {
     if clipped <= CLIPPED {
-        return judge(fit, n, from_end, beside, bends, observer);
+        // On a ramp the close look knows a motion's bend from everything else.
+        return match rounds {
+            1.. if !bends => first_look(fit, n, beside, observer),
+            _ => judge(fit, n, from_end, beside, bends, observer),
+        };
     }
     // Harmonics of a clipped tone may be on the louder side, and twice as strong at the tone.
     // Sigma includes them, see [`CensoredFit`].

@@ -15,8 +15,6 @@ pub enum Step {
     Usual,
     /// The usual fit with more steps, to its end.
     Further,
-    /// A fit with a slow drift beside the tone in its model.
-    BesideDrift,
 }
 
 /// The receiver of the tests behind a verdict. Every method does nothing unless overridden.

@@ -75,8 +75,6 @@ statistics! {
     Share "share";
     /// The residual over the noise, of a record in which samples clip.
     ClippedResidual "clipped-residual";
-    /// Sigma by the nearest bins over sigma by all bins.
-    Nearest "nearest";
     /// The strongest bin at minus the frequency over the tone's power.
     ImageShare "image-share";
     /// The strongest bin at minus the frequency over the noise.

@@ -59,7 +59,7 @@ named! {
         Arithmetic::Float => "float",
         Arithmetic::Fixed => "fixed",
     };
-    Effort: "effort", |effort| effort.number(), Effort::from_number, |effort| effort.name();
+    Effort: "effort", |effort| effort.rounds(), Effort::from_rounds, |effort| effort.name();
     Shape: "shape", |shape| *shape as u8, |number| match number {
         0 => Some(Shape::Trapezoid),
         1 => Some(Shape::Triangle),
@@ -116,7 +116,7 @@ layout! {
         reach: Reach,
         /// Arithmetic of least squares.
         arithmetic: Arithmetic,
-        /// Effort spent on a line that is not a steady tone.
+        /// The most rounds of the joint fit of a line that is not a steady tone.
         effort: Effort,
         /// Probability of a false alarm, for each block.
         false_alarm: f64,

@@ -20,6 +20,7 @@ use picket_dsp::acquire::codes::Codes;
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::pipeline::{Measurement, Outcome};
 use picket_dsp::spectrum::fft::twiddle::supported;
+use picket_dsp::tone::effort::Effort;
 use picket_dsp::tone::lines::MOST;
 
 /// The largest number of guard samples before a block.
@@ -168,7 +169,7 @@ impl Default for Settings {
         Self {
             core_mhz: 0,
             iq: false,
-            config: Config::new(500e3, Codes::unsigned::<12>()),
+            config: Config { effort: Effort::TWO, ..Config::new(500e3, Codes::unsigned::<12>()) },
             guard: 0,
             drive: Drive::Off,
             mode: Mode::Blocks,

@@ -124,7 +124,7 @@ impl SettingsError {
                 "the core cannot measure every block at this rate: lower rate_hz or most, or follow tones (see the board's page in docs/)"
             }
             [3, 3] => {
-                "worst_case: at this rate the worst known block takes longer than it lasts: lower rate_hz, or set effort to look (picket flash --dry-run prints the rates that hold)"
+                "worst_case: at this rate the worst known block takes longer than it lasts: lower rate_hz, or set effort to 0 (picket flash --dry-run prints the rates that hold)"
             }
             [3, 4] => {
                 "worst_case: the worst block is known only for real records (on the NUCLEO also I/Q) with the usual method, without follow, most, harmonics, sums or bursts: remove these, or worst_case"

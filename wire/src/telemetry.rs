@@ -13,7 +13,7 @@ pub struct Basis {
     pub settings: u32,
     /// The source of the sample clock.
     pub clock: Clock,
-    /// The effort of the measurement: its number, see [`Effort::from_number`](picket_dsp::Effort::from_number).
+    /// The most rounds of the joint fit, see [`Effort`](picket_dsp::Effort).
     pub effort: u8,
 }
 
@@ -48,7 +48,7 @@ layout! {
         settings: u32,
         /// Source of the sample clock.
         clock: Clock,
-        /// Effort: 0 one, 1 look, 2 full.
+        /// The most rounds of the joint fit.
         effort: u8,
     }
 

@@ -12,7 +12,12 @@ use std::ops::Range;
 use Kind::{Iq, Real};
 
 /// The efforts that are compared.
-const EFFORTS: [Effort; 3] = [Effort::Look, Effort::One, Effort::Full];
+const EFFORTS: [Effort; 3] = [Effort::LOOK, Effort::TWO, Effort::THREE];
+
+/// The rounds in words: cases are named without numbers.
+fn rounds(effort: Effort) -> &'static str {
+    ["no round", "one round", "two rounds", "three rounds"][usize::from(effort.rounds())]
+}
 
 const AMPLITUDE: f64 = 1000.0;
 
@@ -242,13 +247,15 @@ pub fn cases(cell: &Cell, kind: Kind, n: usize, snr_db: f64, trials: u64) -> Vec
 /// Blocks of a cell; ten times as many in the long form.
 const BLOCKS: u64 = 12;
 
-/// What a group may cost at most at full effort: usable and off, refused though right. A single block cannot show everything: whatever bends
-/// the phase along a straight line is frequency, two lines a fraction of a bin apart are one that changes, and a symmetric pair of
+/// What a group may cost at most with three rounds: usable and off, refused though right. A single block cannot show everything: whatever
+/// bends the phase along a straight line is frequency, two lines a fraction of a bin apart are one that changes, and a symmetric pair of
 /// sidebands is more lines than join the fit.
 fn limits(group: &str) -> [f64; 2] {
     match group {
-        "fm" => [0.005, 0.08],
+        "burst anywhere" => [0.005, 0.06],
+        "fm" => [0.005, 0.11],
         "jump" => [0.045, 0.01],
+        "two lines 1 to 2 bins" => [0.0075, 0.03],
         "two lines < 1 bin" => [0.07, 0.01],
         "walk" => [0.065, 0.01],
         _ => [0.005, 0.03],
@@ -269,10 +276,12 @@ fn the_campaign() {
         }
     }
     let share = |of, most| Asked::Share { of, least: 0.0, most };
+    let groups_count = groups.len() as f64;
+    let mut sums = [[0.0; 2]; EFFORTS.len()];
     for (group, cases) in groups {
         let [off, refused] = limits(group);
         let values = EFFORTS.map(|effort| {
-            let full = effort == Effort::Full;
+            let full = effort == Effort::THREE;
             let most = |limit| if full { limit } else { 1.0 };
             let mut asked = vec![
                 share(Event::Refused, 1.0),
@@ -289,19 +298,27 @@ fn the_campaign() {
                 ]);
             }
             let cases = cases.iter().cloned().map(|case| case.effort(effort)).collect();
-            hold_together(&format!("{group}, effort {}", effort.name()), cases, &asked)
+            hold_together(&format!("{group}, {}", rounds(effort)), cases, &asked)
                 .pop()
                 .unwrap_or_default()
         });
-        let [look, one, full] = &values;
-        if [look, one, full].iter().any(|values| values.len() < 4) {
+        let [look, two, three] = &values;
+        if values.iter().any(|values| values.len() < 4) {
             continue;
         }
-        // More effort makes no answer unusable that was usable, and hardly ever a wrong one usable; two steps end where all do, but for a
-        // fraction of a percent of bursts.
+        // One more round makes hardly an answer unusable that was usable, and hardly ever a wrong one usable. A round refuses no more than
+        // tests do, but for bursts and sweeps: what is neither noise nor a cause stays unresolved.
         let slack = 2.0 / (cases.len() as f64 * BLOCKS as f64);
-        assert!(full[1] <= one[1] + slack && full[2] <= one[2] + 0.001 + slack, "{group}");
-        assert!(look[2] <= one[2] + 0.005 + slack && one[1] <= look[1] + 0.01 + slack, "{group}");
+        assert!(
+            three[1] <= two[1] + 0.002 + slack && three[2] <= two[2] + 0.001 + slack,
+            "{group}"
+        );
+        assert!(three[1] <= look[1].max(limits(group)[1]) + slack, "{group}");
+        sums.iter_mut().zip(&values).for_each(|(sums, values)| {
+            sums.iter_mut()
+                .zip(&values[1..3])
+                .for_each(|(sum, value)| *sum += value / groups_count);
+        });
         if long() {
             let percent = |index: usize| values.iter().map(move |values| 100.0 * values[index]);
             let sigma = values.iter().map(|values| values[3]);
@@ -310,12 +327,18 @@ fn the_campaign() {
             hold_figures(&format!("effort, {group}"), 0.01, &figures);
         }
     }
+    let [_, [two, two_off], [three, three_off]] = sums;
+    println!("refused though right: two rounds {two}, three {three}; off {two_off}, {three_off}");
+    if groups_count > 22.0 {
+        assert!(two <= 0.019 && three <= 0.011, "{two} {three}");
+        assert!(two_off <= 0.0075 && three_off <= 0.0075, "{two_off} {three_off}");
+    }
 }
 
 /// A tone below the noise is none. In white noise each effort finds as many as the next; in noise of another shape the joint fit may find twice as
 /// many, see docs/effort.md.
 #[test]
-fn noise_alone_is_no_tone_at_full_effort() {
+fn noise_alone_is_no_tone_with_three_rounds() {
     let eighth = |n: usize, db: f64| {
         let end = n as f64 / 2.0;
         Density::Points { points: vec![[-end, -4.0 * db], [end, 4.0 * db]], beside_tone: false }
@@ -330,17 +353,17 @@ fn noise_alone_is_no_tone_at_full_effort() {
         ] {
             let mut scene = tones(kind, n, [], 175.0);
             scene.receiver.noise.shape = shape;
-            let found = [Effort::One, Effort::Full].map(|effort| {
+            let found = [Effort::LOOK, Effort::THREE].map(|effort| {
                 let label =
-                    format!("{name} noise is no tone: {} {n}| {}", kind.name(), effort.name());
+                    format!("{name} noise is no tone: {} {n}| {}", kind.name(), rounds(effort));
                 let case = Case::new(label, scene.clone(), n).trials(trials).effort(effort);
                 let case = case.told(|config| config.false_alarm = 1e-3);
                 let case = case.asks(Asked::Share { of: Event::Usable, least: 0.0, most: 1.0 });
                 hold(vec![case]).concat().first().map_or(0.0, |share| share * trials as f64)
             });
-            let [one, full] = found;
-            let most = if twice { 2.0 * one + 8.0 } else { one + 1.0 };
-            assert!(full <= most, "{name}: {one} and {full}");
+            let [look, three] = found;
+            let most = if twice { 2.0 * look + 8.0 } else { look + 1.0 };
+            assert!(three <= most, "{name}: {look} and {three}");
         }
     }
 }

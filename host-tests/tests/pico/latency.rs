@@ -47,7 +47,7 @@ fn a_record_follows_its_block() {
         [delays[blocks / 2], delays[blocks - 1]].map(|delay| delay / 1e3)
     };
     let usual = median_and_most(500e3, &stream(61, None, 25));
-    let [_, slow] = rates::pico()[0].always_hz.unwrap();
+    let (_, slow) = rates::pico()[0].always_hz[0];
     let hard = median_and_most(slow, &stream(61, Some((1, Hard::Drifting)), 26));
     println!(
         "ms from the last sample to the record's last byte, median and most: usual {usual:?}, hard {hard:?}"

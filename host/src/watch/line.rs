@@ -160,7 +160,7 @@ struct Told {
 impl Told {
     fn of(basis: Basis) -> Self {
         let Basis { settings, clock, effort } = basis;
-        let effort = Effort::from_number(effort).map(Effort::name);
+        let effort = Effort::from_rounds(effort).map(Effort::name);
         Self { settings: format!("{settings:08x}"), clock: clock.name(), effort }
     }
 }

@@ -28,7 +28,7 @@ struct Fields {
     velocity_mps: Option<(f64, f64)>,
     method: String,
     reach: u8,
-    effort: String,
+    effort: u8,
     false_alarm: f64,
     scene: Scenes,
     most: u8,
@@ -126,7 +126,7 @@ impl Fields {
             velocity_mps: config.velocity_mps,
             method: config.method.name().into(),
             reach: config.reach.bins() as u8,
-            effort: config.effort.name().into(),
+            effort: config.effort.rounds(),
             false_alarm: config.false_alarm,
             scene: match config.scene {
                 Scene::Doppler { wavelength_m, angle_rad, mixing } => {
@@ -213,9 +213,8 @@ impl Fields {
                 })
             }
         };
-        let effort = match Effort::from_name(&self.effort) {
-            Some(effort @ (Effort::Look | Effort::One)) => effort,
-            _ => return Err(format!("effort is look or one on a board, not {}", self.effort)),
+        let Some(effort) = Effort::from_rounds(self.effort) else {
+            return Err(format!("effort is a number of rounds from 0 to 3, not {}", self.effort));
         };
         let drive = match self.drive {
             Drives::Off => Drive::Off,

@@ -81,7 +81,7 @@ pub fn points(core: &Core, n: usize) -> Result<(Vec<Point>, Option<RunError>), S
         Point { core: core.name, program, n, cycles, errors }
     };
     let mut points = Vec::new();
-    for effort in [Effort::Look, Effort::One] {
+    for effort in [Effort::LOOK, Effort::TWO] {
         let (cycles, found) = ours(core, n, effort, &sets)?;
         points.push(point(format!("{OURS}{}", effort.name()), cycles, found));
     }

@@ -152,7 +152,6 @@ impl Digest {
                     match step {
                         Step::Usual => "usual",
                         Step::Further => "further",
-                        Step::BesideDrift => "beside-drift",
                     },
                 ),
                 Note::Test(test) => {

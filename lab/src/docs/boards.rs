@@ -50,12 +50,12 @@ fn images(_: &Table) -> Lines {
 
 fn blocks(_: &Table) -> Lines {
     let [usual] = measured("board, instructions of a block")?;
-    let [look, one, iq_look, iq_one] =
+    let [look, two, iq_look, iq_two] =
         measured("board, instructions of the worst block that a short search finds")?;
     let mut lines = head("| a block of 1024, instructions of this image | real | I/Q |");
     lines.push(row(["a tone".to_owned(), whole(usual), String::new()]));
-    for (effort, real, iq) in [("look", look, iq_look), ("one", one, iq_one)] {
-        let name = format!("the worst that a short search found, at effort `{effort}`");
+    for (effort, real, iq) in [("0", look, iq_look), ("2", two, iq_two)] {
+        let name = format!("the worst that a short search found, at effort {effort}");
         lines.push(row([name, whole(real), whole(iq)]));
     }
     Ok(lines)
@@ -67,12 +67,17 @@ fn kilohertz(hertz: f64) -> String {
 }
 
 fn rates_of(all: &[Rates]) -> Lines {
-    let mut lines = head(
-        "| the highest rate, kS/s | usual blocks | whatever the signal is, `look` | whatever the signal is, `one` |",
-    );
+    let efforts = all.first().map_or(&[][..], |rates| &rates.always_hz);
+    let columns = efforts
+        .iter()
+        .map(|(effort, _)| format!("whatever the signal is, effort {} |", effort.name()));
+    let columns: Vec<String> = columns.collect();
+    let mut lines =
+        head(&format!("| the highest rate, kS/s | usual blocks | {}", columns.join(" ")));
     for Rates { kind, usual_hz, always_hz } in all {
-        let always =
-            always_hz.map_or(["not searched"; 2].map(str::to_owned), |hertz| hertz.map(kilohertz));
+        let mut always: Vec<String> =
+            always_hz.iter().map(|(_, hertz)| kilohertz(*hertz)).collect();
+        always.resize(efforts.len(), "not searched".to_owned());
         lines.push(row([kind.to_string(), kilohertz(*usual_hz)].into_iter().chain(always)));
     }
     Ok(lines)
@@ -160,13 +165,14 @@ fn worst(_: &Table) -> Lines {
     let mut lines = head(
         "| a tone below bin 48 that moves beside a drift | ms | cycles | reserved by the board, cycles |",
     );
-    for (effort, reserved) in
-        ["look", "one"].into_iter().zip(picket_firmware::pico::words::WORST_CYCLES)
-    {
-        let [ms] = measured(&format!("pico, ms of the longest block at {effort}"))?;
-        let cells = [format!("at effort `{effort}`"), format!("{ms:.3}")];
-        lines.push(row(cells.into_iter().chain([whole(144e3 * ms), whole(reserved as f64)])));
-    }
+    let [ms] = measured("pico, ms of the longest block")?;
+    let reserved = picket_firmware::pico::words::WORST_CYCLES;
+    lines.push(row([
+        "at most".to_owned(),
+        format!("{ms:.3}"),
+        whole(144e3 * ms),
+        whole(reserved as f64),
+    ]));
     Ok(lines)
 }
 
@@ -198,7 +204,7 @@ fn codes(_: &Table) -> Lines {
 
 fn claims(_: &Table) -> Lines {
     let mut lines = head(
-        "| beside the tone | refused %: look | one | full | refused, right %: look | one | full | usable, off %: look | one | full | sigma: look | one | full |",
+        "| beside the tone | refused %: 0 | 2 | 3 rounds | refused, right %: 0 | 2 | 3 | usable, off %: 0 | 2 | 3 | sigma: 0 | 2 | 3 |",
     );
     let all = figures::read("figures.json")?;
     let names = all.as_object().into_iter().flat_map(|all| all.keys());

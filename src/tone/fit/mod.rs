@@ -14,11 +14,9 @@
 
 pub mod fixed;
 pub mod iq;
-pub(crate) mod leaked;
 mod model;
 pub mod real;
 mod rest;
-mod slow;
 
 pub(crate) use model::Model;
 pub use rest::Rest;
@@ -31,7 +29,6 @@ use crate::spectrum::bins::{Bins, REACH, Rectangular};
 use crate::spectrum::fft::integer::Point;
 use crate::spectrum::layout::{Distance, Layout};
 use crate::spectrum::neighbourhood::Neighbourhood;
-use crate::spectrum::view::View;
 use crate::tone::arithmetic::Arithmetic;
 use num_complex::Complex;
 
@@ -330,49 +327,6 @@ fn bins<'a>(
     let beside = table.get(1..)?.iter().zip(above).zip(below.iter().rev());
     let beside = beside.map(move |((&distance, high), low)| ([bin(low), bin(high)], distance));
     Some((bin(centre), beside))
-}
-
-/// [`fit_near`] beside slow terms: a drift, or hum of less than two cycles. `None` for I/Q, and if the slow terms do not matter or cannot be
-/// separated from the tone. `fit` is the fit without slow terms, in this noise power per sample: no fit beside them is tried where bins 1
-/// and 2 hold too little to explain its residual.
-///
-/// Cost: three times that of a fit.
-pub(crate) fn fit_beside_slow(
-    view: &View,
-    near: &Neighbourhood,
-    arithmetic: Arithmetic,
-    reach: Reach,
-    fit: &Fit<f32>,
-    noise: f32,
-) -> Option<Fit<f32>> {
-    let Neighbourhood { layout, peak, exponent, .. } = *near;
-    let n = layout.n;
-    if layout.iq || !(slow::LOWEST..slow::HIGHEST).contains(&peak) {
-        return None;
-    }
-    let model = Model::new(fit, peak, n as i32);
-    let unit = f32::two_to(exponent);
-    let slow = [1, 2].map(|k| {
-        let Complex { re, im } = view.bin(k);
-        (Complex::new(re as f32, im as f32) * unit - model.bin(false, k)).norm_sqr()
-    });
-    if !slow::may_explain(slow, fit.residual - super::residual::expected(fit, n) * noise) {
-        return None;
-    }
-    let bins = near.within(reach.bins());
-    match arithmetic.available() {
-        Arithmetic::Fixed => fixed::fit_beside_slow(layout, bins, peak, exponent),
-        Arithmetic::Float => beside_slow(layout, peak, bins, exponent),
-    }
-}
-
-/// [`real::fit_beside_slow`] to an odd number of bins around `peak`, in units of `2^exponent` codes. It is compiled once for all lengths.
-#[inline(never)]
-fn beside_slow(layout: &Layout, peak: i32, points: &[Point], exponent: i32) -> Option<Fit<f32>> {
-    let (centre, beside) = bins(points, layout.distances)?;
-    Some(
-        real::fit_beside_slow(layout.n as i32, peak, centre, beside)?.scaled(f32::two_to(exponent)),
-    )
 }
 
 impl<T: Scalar> Distance<T> {

@@ -113,18 +113,22 @@ pub fn lines(
     options: &Options,
     most: usize,
 ) -> Vec<ToneWithPhase, MOST> {
-    let alone = || first(phase_of(view, tone, options).into_iter());
-    if most <= 1 && tone.verdict == Verdict::Good {
-        return alone();
+    let good = tone.verdict == Verdict::Good;
+    let alone = if good { phase_of(view, tone, options, stamp.segment.bends()) } else { None };
+    if let Some((phasor, true)) = alone
+        && most <= 1
+    {
+        return first([phasor].into_iter());
     }
     let mut hunt = Hunt::new(view, clipped, stamp, options);
     if !hunt.start(tone, band) {
         return Vec::new();
     }
-    hunt.seek(most.clamp(1, MOST));
-    let only = hunt.rest.found.len() == 1;
-    if only && tone.verdict == Verdict::Good {
-        return alone();
+    // What a tone alone does not leave is sought, or it would be in the phase.
+    let least = if alone.is_some() { MOST } else { 1 };
+    hunt.seek(most.clamp(least, MOST));
+    if let (1, Some((phasor, _))) = (hunt.rest.found.len(), alone) {
+        return first([phasor].into_iter());
     }
     let mut phasors = hunt.phasors(stamp);
     as_measured(view.layout.n, &mut phasors, tone);
@@ -133,6 +137,7 @@ pub fn lines(
         tone.conclude(&Evidence { outside, ..Evidence::new(tone.said()) });
     }
     strongest_first(&mut phasors);
+    phasors.truncate(most.max(1));
     phasors
 }
 

@@ -1,7 +1,7 @@
 //! From a line to a tone with sigma, phase and verdict.
 
 use super::super::evidence::Evidence;
-use super::super::judge::{from_end, judge};
+use super::super::judge::{first_look, from_end, judge};
 use super::super::line_class::{FitTest, LineClass};
 use super::super::measure;
 use super::super::noise::ring::{self, LocalNoise};
@@ -17,6 +17,7 @@ use crate::spectrum::neighbourhood::{Neighbourhood, Places, has_ring};
 use crate::spectrum::{layout::Layout, view::View};
 use crate::tone::Tone;
 use crate::tone::fit::{FitStart, Model, Reach, fit_around, fit_in_floats};
+use crate::tone::residual::expected;
 use crate::tone::sigma::{sigma_bins, widened};
 use heapless::Vec;
 
@@ -36,8 +37,13 @@ pub(super) fn noise_power(layout: &'static Layout, tone: &Tone) -> f32 {
     power / (tone.snr + own / layout.n as f32)
 }
 
-/// A good tone with its phase, as measured.
-pub(super) fn phase_of(view: &View, tone: &Tone, options: &Options) -> Option<ToneWithPhase> {
+/// A good tone with its phase as a steady tone alone has it, and whether the fit leaves no more than such a tone does.
+pub(super) fn phase_of(
+    view: &View,
+    tone: &Tone,
+    options: &Options,
+    bends: bool,
+) -> Option<(ToneWithPhase, bool)> {
     let layout = view.layout;
     let (peak, offset) = place(layout, tone)?;
     // The frequency hardly turns the phase in the middle. An offset, which does, is left out of the bins.
@@ -45,9 +51,21 @@ pub(super) fn phase_of(view: &View, tone: &Tone, options: &Options) -> Option<To
     let mut places = Places::new();
     let near = Neighbourhood::read(view, peak, &mut places);
     let fit = fit_in_floats(&near, options.reach, FitStart::Further(offset, steps))?;
-    let noise = noise_power(layout, tone) * (1.0 + 2.0 / ring::dof(layout.n, layout.iq));
+    let beside = ring::beside_in_floats(&near, &fit);
+    let from_end = from_end(peak, layout.n, layout.iq);
+    // A motion bends the phase of a ramp's tone, but not in the middle.
+    let judgement = match bends {
+        true => judge(&fit, layout.n, from_end, &beside, true, ()),
+        false => first_look(&fit, layout.n, &beside, ()),
+    };
+    let steady = judgement.line == LineClass::Steady;
+    let mut noise = noise_power(layout, tone) * (1.0 + 2.0 / ring::dof(layout.n, layout.iq));
+    if !steady {
+        // What is beside the tone turns its phase by as much as it leaves.
+        noise = noise.max(fit.residual / expected::<f32>(&fit, layout.n));
+    }
     let [phase, sigma_phase] = phase(layout.iq, &fit, peak, layout.n, options.reach, noise);
-    Some(ToneWithPhase { tone: *tone, phase, sigma_phase })
+    Some((ToneWithPhase { tone: *tone, phase, sigma_phase }, steady))
 }
 
 /// A tone with no other within this many bins has eight bins on each side for itself.

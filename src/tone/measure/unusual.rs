@@ -3,13 +3,11 @@
 
 use crate::math::scalar::Scalar as _;
 use crate::methods::registry::Method;
-use crate::model::block;
+use crate::model::{Answer, Cause, block};
 use crate::spectrum::neighbourhood::Neighbourhood;
-use crate::spectrum::view::View;
 use crate::tone::clipped::CensoredFit;
-use crate::tone::close_judgement::chosen;
-use crate::tone::fit::leaked::{Leakage, Nearest};
-use crate::tone::fit::{self, Fit, FitNear, FitStart};
+use crate::tone::fit::{Fit, FitNear, FitStart};
+use crate::tone::judge::first_look;
 use crate::tone::line_class::{FitTest, LineClass};
 use crate::tone::noise::ratio;
 use crate::tone::noise::ring::LocalNoise;
@@ -18,28 +16,22 @@ use crate::tone::options::Options;
 use crate::tone::residual::residual;
 use crate::tone::sigma::{self, bound_bins};
 
-/// The noise at an edge: the residual of the fit from five bins off, see [`LocalNoise::on_an_edge`], or the quieter side's noise if a line
-/// makes the edge.
+/// Degrees of freedom of the bins five to eight off.
+const MIDDLE: f32 = 16.0;
+
+/// The noise of the quieter side of an edge, if it is not what a steady tone leaves: another line may make the edge.
 #[inline(never)]
-pub(super) fn at_edge(
-    beside: &mut LocalNoise,
-    nearest: Option<&Nearest>,
-    fit: &Fit<f32>,
-    n: usize,
-) -> Leakage {
-    /// Degrees of freedom of the bins five to eight off.
-    const MIDDLE: f32 = 16.0;
-    /// Another line leaks if a fit without the leakage leaves this many times less.
-    const LEAKED: f32 = 6.0;
-    let mut leakage = Leakage { loud: beside.loud, on_an_edge: true, nine: None };
-    let Some(rest) = rest_from_five(fit, n, MIDDLE) else {
-        return leakage;
-    };
-    leakage.nine = nearest.and_then(|nearest| nearest.nine(fit.offset));
-    let leaks = leakage.nine.is_some_and(|nine| rest > LEAKED * nine.left);
-    leakage.on_an_edge = !leaks;
-    *beside = if leaks { beside.quieter(MIDDLE) } else { beside.on_an_edge(rest, MIDDLE) };
-    leakage
+pub(super) fn beside_a_line(ring: &LocalNoise, fit: &Fit<f32>, n: usize) -> Option<LocalNoise> {
+    let quiet = ring.quieter(MIDDLE);
+    (first_look(fit, n, &quiet, ()).line != LineClass::Steady).then_some(quiet)
+}
+
+/// The noise at an edge: the residual of the fit from five bins off, see [`LocalNoise::on_an_edge`].
+#[inline(never)]
+pub(super) fn at_edge(beside: &mut LocalNoise, fit: &Fit<f32>, n: usize) {
+    if let Some(rest) = rest_from_five(fit, n, MIDDLE) {
+        *beside = beside.on_an_edge(rest, MIDDLE);
+    }
 }
 
 /// The noise power per sample in a fit's residual from five bins off. `free`: degrees of freedom of bins 5 to 8.
@@ -63,68 +55,102 @@ fn rest_from_five(fit: &Fit<f32>, n: usize, free: f32) -> Option<f32> {
     Some(power * (2.0 / n as f32))
 }
 
-/// A line that is no steady tone by the usual fit: the fit with more steps, then the fit with a drift beside the tone, if it is the better
-/// one. `fit` becomes the last of these.
+/// A line that is no steady tone by the usual fit, and that no joint fit will explain: the fit with two more steps, which estimate its end
+/// by a secant.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "one place calls it")]
 pub(super) fn further(
-    view: &View,
     fit_near: FitNear,
     around: &Neighbourhood,
     options: &Options,
-    beside: &LocalNoise,
     fit: &mut Fit<f32>,
     usual: FitTest,
     judged: impl Fn(&Fit<f32>, Step) -> FitTest,
-    observer: impl Tap,
 ) -> FitTest {
-    let (arithmetic, noise) = (options.arithmetic.available(), beside.noise.power);
-    let (reach, course) = (options.reach, FitStart::Further(fit.offset, options.effort.steps()));
-    let Some(more) = fit_near(around, arithmetic, reach, course) else {
-        return usual;
-    };
-    *fit = more;
-    let judgement = judged(fit, Step::Further);
-    observer.judged(&judgement, true);
-    // A steady tone beside a drift is steady.
-    if options.effort.fits_beside_slow()
-        && judgement.line != LineClass::Steady
-        && let Some(other) = fit::fit_beside_slow(view, around, arithmetic, reach, fit, noise)
-    {
-        let beside_slow = judged(&other, Step::BesideDrift);
-        let better = beside_slow.line < judgement.line;
-        observer.judged(&beside_slow, better);
-        if better {
-            *fit = other;
-            return match beside_slow.line {
-                LineClass::Steady => chosen(fit, around.n, beside, beside_slow),
-                _ => beside_slow,
-            };
+    const STEPS: u32 = 2;
+    let course = FitStart::Further(fit.offset, STEPS);
+    match fit_near(around, options.arithmetic.available(), options.reach, course) {
+        Some(more) => {
+            *fit = more;
+            judged(fit, Step::Further)
         }
+        None => usual,
     }
-    judgement
 }
 
-/// The class of a line, its sigma and its noise by the joint fit, whose offset and amplitude `fit` takes over; `None` if the joint fit
-/// does not resolve it, and at any effort but `Full`.
+/// A line by the joint fit.
+pub(super) struct Explained {
+    /// Its class.
+    pub class: LineClass,
+    /// Sigma, bins.
+    pub sigma: f32,
+    /// The noise power per sample.
+    pub noise: f32,
+    /// Whether the line exceeds this noise.
+    pub found: bool,
+    /// The causes that joined the fit, but for the bend of a ramp.
+    pub joined: u8,
+}
+
+/// Whether a harmonic of a tone that clips folds onto the tone itself, where no fit tells both: the next order to fold there is `k - 1` or
+/// `k + 1` if `k` times the tone is a multiple of the rate.
+pub(super) fn has_harmonic_on_it(around: &Neighbourhood, fit: &Fit<f32>) -> bool {
+    /// Bins: half of what resolves two lines.
+    const ON: f32 = 0.5;
+    /// Weaker harmonics are below what clipping adds to sigma.
+    const HIGHEST: i32 = 9;
+    let n = around.n as i32;
+    (1..=HIGHEST).any(|k| {
+        // N is a power of two.
+        let whole = (k.wrapping_mul(around.peak).wrapping_add(n / 2) & (n - 1)) - n / 2;
+        (whole as f32 + k as f32 * fit.offset).abs() < ON
+    })
+}
+
+/// The joint fit of a line that is not a steady tone, whose offset and amplitude `fit` takes over; `None` if the effort has no round, or
+/// nothing can be fitted.
 #[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "one place calls it")]
 pub(super) fn joint(
     around: &Neighbourhood,
     fit: &mut Fit<f32>,
     ring: &LocalNoise,
     options: &Options,
     bends: bool,
+    clips: bool,
+    class: LineClass,
     observer: impl Tap,
-) -> Option<(LineClass, f32, f32)> {
+) -> Option<Explained> {
     let (threshold, effort) = (options.threshold, options.effort);
-    let (answer, noise) = block::joint(around, fit, ring, threshold, effort, bends)?;
+    let (answer, noise, found) = block::joint(around, fit, ring, threshold, effort, bends)?;
     observer.joint(&answer);
-    if answer.unresolved {
+    // A harmonic of what clips may be so near that no fit knows it from a change.
+    if clips && (answer.unresolved || answer.moves) {
         return None;
     }
-    (fit.offset, fit.line) = (answer.offset, answer.line);
-    let class = if answer.moves { LineClass::Moving } else { LineClass::Steady };
-    Some((class, answer.variance.root(), noise))
+    // What the tests resolve stands: the close look of a ramp knows a bend of any size.
+    if answer.unresolved && class != LineClass::Unresolved {
+        return None;
+    }
+    // Of what clips, nobody knows all harmonics.
+    let apart = if clips { answer.offset - fit.offset } else { 0.0 };
+    // The phase stays as the fit's changes have it.
+    let grown = (answer.line.norm_sqr() / fit.line.norm_sqr()).root();
+    (fit.offset, fit.line) = (answer.offset, fit.line * grown);
+    // A carrier that is told to be as wide changes as no cause does.
+    let wide = answer.moves && answer.variance < options.width.of_block();
+    let class = match answer {
+        Answer { unresolved: true, .. } if !wide => LineClass::Unresolved,
+        Answer { moves: true, .. } => LineClass::Moving,
+        _ => LineClass::Steady,
+    };
+    // A motion bends the phase of a ramp's tone, so far that it looks like other changes: those are no other line.
+    let counts = |cause: Cause| !bends || matches!(cause, Cause::Line | Cause::Sidebands);
+    let kept = Cause::ALL.into_iter().zip(answer.kept);
+    let joined = kept.filter(|(cause, _)| counts(*cause)).map(|(_, count)| count).sum();
+    // A line alone is detected by the tests that every line must pass.
+    let found = found && answer.kept.iter().any(|count| *count > 0);
+    let sigma = (answer.variance + apart * apart).root();
+    Some(Explained { class, sigma, noise, found, joined })
 }
 
 /// Sigma of another method's offset, which `fit` takes over, see [`measure`](super::measure).

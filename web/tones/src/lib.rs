@@ -4,6 +4,8 @@
 //! The page's own module measures one tone of a block. This one is loaded when somebody asks for more, and takes up what the
 //! other has measured.
 
+#[path = "../../../host/measure/src/explain/causes.rs"]
+pub mod causes;
 pub mod flow;
 #[path = "../../src/record.rs"]
 mod record;
@@ -93,7 +95,11 @@ pub fn explained(terms: &Terms, samples: &[[i16; 2]]) -> Option<(Verdict, Vec<Ro
     let (stamp, plan, notes) = (stamp(terms)?, plan(terms)?, Notes::default());
     let (iq, n, record) = (plan.iq, plan.n as usize, record(plan.iq, samples));
     let (tone, evidence) = for_record(iq, n, Explained { stamp, plan, record, notes: &notes })??;
-    Some((tone.verdict, rows::rows(&notes.taken().0, &evidence, n)))
+    let joint = notes.joint();
+    let mut rows = rows::from_notes(&notes.taken().0);
+    rows.extend(joint.iter().flat_map(causes::rows));
+    rows.extend(rows::from_evidence(&evidence, n));
+    Some((tone.verdict, rows))
 }
 
 /// The tests of a record.

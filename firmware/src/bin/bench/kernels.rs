@@ -48,10 +48,10 @@ fn count_stages<R: Record, const N: usize>(
     plan: &Plan<R, N>,
 ) {
     count("fft", || spectrum.transform(samples, plan.codes));
-    count("peak", || peak::find(spectrum, plan.band));
+    count("peak", || peak::find(&spectrum.view(), plan.band));
     count("fft_peak", || {
         spectrum.transform(samples, plan.codes);
-        peak::find(spectrum, plan.band)
+        peak::find(&spectrum.view(), plan.band)
     });
 }
 

@@ -267,7 +267,7 @@ mod tests {
         };
         let refused = |settings: &Settings| plan(settings).map(|_| ()).unwrap_err();
         for (iq, worst) in [false, true].into_iter().zip(WORST_CYCLES) {
-            for (effort, cycles) in [Effort::Look, Effort::One].into_iter().zip(worst) {
+            for (effort, cycles) in [Effort::LOOK, Effort::TWO].into_iter().zip(worst) {
                 let holds = of(sampling::fastest(&tree, 1024, cycles), iq, effort);
                 assert!(plan(&holds).is_ok(), "{iq} {effort:?}");
                 // The next that the timer makes: one cycle of the converter less, or the one at which conversions follow each other.
@@ -278,7 +278,7 @@ mod tests {
                 assert!(plan(&Settings { worst_case: false, ..faster }).is_ok());
             }
         }
-        let settings = of(1e3, false, Effort::One);
+        let settings = of(1e3, false, Effort::TWO);
         let with = |config: Config| Settings { config, ..settings };
         let following = Following { most: 1, ..Following::default() };
         let sums = Mode::Accumulate { blocks: 9, drift_bins: 0.0 };

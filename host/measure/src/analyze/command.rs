@@ -241,10 +241,8 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
     bar.finish_and_clear();
     let summary = summary?;
     // One in twenty.
-    if unresolved * 20 > answers && analysis.effort != Effort::Full {
-        eprintln!(
-            "{unresolved} of {answers} are unresolved: --effort full fits what else is there"
-        );
+    if unresolved * 20 > answers && analysis.effort != Effort::THREE {
+        eprintln!("{unresolved} of {answers} are unresolved: --effort 3 fits what else is there");
     }
     if let Some(reference) = reference {
         reference.error()?.print(style);

@@ -21,7 +21,7 @@ pub fn rows(answer: &Answer) -> Vec<Row> {
         "nothing-more",
         "how probable it is that there is nothing else",
         Some(f64::from(*nothing)),
-        String::new(),
+        "-".to_owned(),
     )];
     for ((cause, weight), kept) in Cause::ALL.into_iter().zip(weights).zip(answer.kept) {
         let followed = match kept {
@@ -32,7 +32,7 @@ pub fn rows(answer: &Answer) -> Vec<Row> {
         rows.push(row(cause.name(), about(cause), Some(f64::from(*weight)), followed));
     }
     let followed = match (answer.unresolved, answer.moves) {
-        (true, _) => "the joint fit leaves too much: the tests above decide",
+        (true, _) => "the joint fit leaves too much: unresolved",
         (false, true) => "one tone that changes: moving",
         (false, false) => "one steady tone, and the causes that joined",
     };
@@ -49,8 +49,6 @@ const fn about(cause: Cause) -> &'static str {
         Cause::Level => "how probable a further change of the level is",
         Cause::Bend => "how probable a further bend of the phase is, as in a sweep",
         Cause::Wander => "how probable a further phase that wanders or jumps is",
-        Cause::Slow => "how probable a further drift or slow hum is",
-        Cause::Leak => "how probable further leakage of lines far away is",
         Cause::Line => "how probable a further line is",
         Cause::Sidebands => "how probable two further lines as far below as above are",
     }

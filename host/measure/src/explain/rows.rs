@@ -132,7 +132,9 @@ pub fn from_notes(notes: &[Note]) -> Vec<Row> {
                 let line = match judgement.line {
                     LineClass::Steady => "one steady tone",
                     LineClass::Moving => "one tone that changes: moving",
-                    LineClass::Unresolved => "more than one tone: unresolved",
+                    LineClass::Unresolved => {
+                        "not one steady tone: unresolved, unless a joint fit explains it"
+                    }
                 };
                 let taken = if *taken { "" } else { "; not better, so this fit is dropped" };
                 rows.push(Row {
@@ -157,7 +159,6 @@ const fn of_step(step: Step) -> &'static str {
     match step {
         Step::Usual => "usual",
         Step::Further => "more steps",
-        Step::BesideDrift => "beside a drift",
     }
 }
 

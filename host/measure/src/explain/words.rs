@@ -133,12 +133,6 @@ const fn of(statistic: Statistic) -> (Sense, &'static str, &'static str, [&'stat
             "",
             ["more than the harmonics of clipping: unresolved", "as noise and clipping leave"],
         ),
-        Statistic::Nearest => (
-            Path,
-            "sigma by all bins over that by the nearest ones",
-            "",
-            ["the nearest bins tell more: sigma is theirs", "all bins tell more"],
-        ),
         Statistic::ImageShare => (
             Alarm,
             "line at minus the frequency over the tone",

@@ -17,6 +17,7 @@ use nature::{Finding, Known, Nature};
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::config::Config;
 use picket_dsp::tone::Verdict;
+use picket_dsp::tone::effort::Effort;
 use picket_dsp::tone::fit::Reach;
 use picket_transform::num_complex::Complex;
 use series::Series;
@@ -254,7 +255,8 @@ impl Survey {
         let half = self.rate_hz / 2.0;
         let low = if self.iq { -half } else { 0.0 };
         let band_hz = Some((band.0.max(low), band.1.min(half)));
-        let config = Config { band_hz, ..Config::new(self.rate_hz, codes) };
+        // What a line is not is told by tests, not by what a joint fit makes of it.
+        let config = Config { band_hz, effort: Effort::LOOK, ..Config::new(self.rate_hz, codes) };
         with_kind!(self.iq, R => {
             let plan = config.terms::<R>(n).ok()?;
             let mut engine = engine::<R>(Arithmetic::Target, n, plan).ok()?;

@@ -8,6 +8,7 @@ use picket_dsp::acquire::sample::{Segment, Stamp};
 use picket_dsp::config::{Config, Following};
 use picket_dsp::pipeline::Pipeline;
 use picket_dsp::solve::track::State;
+use picket_dsp::tone::effort::Effort;
 use picket_dsp::tracker::Tracker;
 use picket_dsp::{BurstProcessor, Plan, Usable, Validation};
 use picket_transform::num_complex::Complex;
@@ -99,8 +100,13 @@ impl Ground<'_> {
             Of::Track => Following::default(),
             Of::Blocks | Of::Bursts | Of::Harmonics(_) => Following::NONE,
         };
-        let config =
-            Config { band_hz: way.band_hz, following, ..Config::new(self.rate_hz, self.codes) };
+        // A joint fit explains much that a proposal is not for, such as one line of a comb of ramps: tests alone let an answer pass.
+        let config = Config {
+            band_hz: way.band_hz,
+            following,
+            effort: Effort::LOOK,
+            ..Config::new(self.rate_hz, self.codes)
+        };
         let Ok(plan) = config.plan::<R, N>() else { return Vec::new() };
         if way.of == Of::Bursts {
             return self.bursts(plan);

@@ -4,7 +4,6 @@
 //! Re.
 
 use super::scaled::Scaled;
-use crate::tone::fit::real::Products;
 use num_complex::Complex;
 use num_traits::One as _;
 
@@ -42,31 +41,6 @@ pub(super) struct Step {
 }
 
 impl Place {
-    /// The inner products from the sums at p, in the form of [`super::super::real`].
-    pub fn products(&self, p: Scaled, sums: Sums) -> Products<Scaled> {
-        let Sums { aa, s1, bb, dd, r1, r2, q1, q2 } = sums;
-        let (e, c2, lean, rest) = (self.e, self.twice_c, self.e * p, s1 - bb);
-        let beyond = r1 - self.total;
-        let (r2, q2) = (r2 - lean * beyond, q2 - e * (beyond + p * q1));
-        let (aa, r1, r2) = (aa + Scaled::one(), r1 + self.centre.re, r2 + self.centre.im);
-        let (ps, past) = (p * s1, rest - p * dd);
-        let b2 = lean * rest;
-        Products {
-            g11: aa,
-            g12: lean * ps,
-            g22: aa - c2 * (p * ps),
-            r: [r1, r2],
-            b11: bb,
-            b12: b2,
-            b21: b2,
-            b22: bb - c2 * (p * rest),
-            d11: dd,
-            d12: e * past,
-            d22: dd - c2 * past,
-            q: [q1, q2],
-        }
-    }
-
     /// Evaluates the equations from the sums at p.
     pub fn step(&self, p: Scaled, sums: Sums) -> Step {
         let Sums { aa, s1, bb, dd, r1, r2, q1, q2 } = sums;

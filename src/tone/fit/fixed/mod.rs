@@ -1,12 +1,11 @@
 //! Both fits for cores without an FPU. The sums over the bins are integers. The numbers that follow from the sums have a format that is
-//! cheaper there than floats. Only the [`Fit`] itself is `f32`.
+//! cheaper there than floats. Only the [`Fit`](super::Fit) itself is `f32`.
 //!
 //! Formats: offsets, p and angles in Q30; frequencies u in Q23 (their differences stay below 256);
 //! h in Q26, h' in Q22, sines in Q26; bins as the FFT stores them, less two bits. The rms
 //! difference from `f32` is 0.02 of the Cramer-Rao bound at 60 dB and N = 4096, and less
 //! elsewhere.
 
-mod beside_slow;
 mod equations;
 mod inverse;
 mod iq;
@@ -16,10 +15,9 @@ pub(crate) mod scaled;
 mod tail;
 mod trigonometry;
 
-use super::Fit;
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::fft::integer::Point;
-use crate::spectrum::layout::{Layout, nearest};
+use crate::spectrum::layout::nearest;
 pub(super) use iq::fit as fit_iq;
 pub(super) use real::fit as fit_real;
 use scaled::Scaled;
@@ -30,16 +28,6 @@ pub(crate) const ROOM: u32 = 2;
 
 /// 1 in Q30.
 const ONE: i32 = 1 << 30;
-
-/// Fits a real tone beside slow terms to such bins, see [`super::slow`].
-pub(super) fn fit_beside_slow(
-    layout: &Layout,
-    bins: &[Point],
-    peak: i32,
-    exponent: i32,
-) -> Option<Fit<f32>> {
-    beside_slow::fit(layout.n as i32, peak, bins, layout.real, exponent)
-}
 
 /// The bin `away` from the middle one.
 fn around(bins: &[Point], away: i32) -> Option<[i32; 2]> {

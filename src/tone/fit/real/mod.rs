@@ -36,10 +36,6 @@
 //! - `rest`: the part of the residual near the line, for the judgement;
 //! - `peak` and `lever`: the peak bin of the model and p, from which the other bins of the tone follow.
 
-mod beside_slow;
-
-pub(super) use beside_slow::{STEPS, fit_beside_slow};
-
 use super::rest::{self, Rest, SCALES};
 use super::{
     EDGE_LIMIT, ENDED, Fit, FitStart, OFFSET_LIMIT, Pace, SETTLED, START_LIMIT, STEP_LIMIT, limit,
@@ -441,22 +437,6 @@ impl<T: Number> Products<T> {
             line: Complex::new(a, b),
             slope: Complex::new(-slope.re, -slope.im),
         }
-    }
-
-    /// Removes the part along a vector of length 1, given its products with F1, F2, G1, G2 and the data.
-    pub fn less(&mut self, f1: T, f2: T, g1: T, g2: T, data: T) {
-        self.g11 = self.g11 - f1 * f1;
-        self.g12 = self.g12 - f1 * f2;
-        self.g22 = self.g22 - f2 * f2;
-        self.r = [self.r[0] - f1 * data, self.r[1] - f2 * data];
-        self.b11 = self.b11 - g1 * f1;
-        self.b12 = self.b12 - g1 * f2;
-        self.b21 = self.b21 - g2 * f1;
-        self.b22 = self.b22 - g2 * f2;
-        self.d11 = self.d11 - g1 * g1;
-        self.d12 = self.d12 - g1 * g2;
-        self.d22 = self.d22 - g2 * g2;
-        self.q = [self.q[0] - g1 * data, self.q[1] - g2 * data];
     }
 }
 
