@@ -235,6 +235,11 @@ fn the_readmes_and_the_pages_lines_run() {
         fs::write(&file, program).unwrap();
         let out = said(Command::new(programs.join("python")).current_dir(workspace()).arg(&file));
         assert!(out.contains("good"), "{name}: {out}");
+        if name.contains("python") {
+            for shown in blocks(&fs::read_to_string(workspace().join(name)).unwrap(), "text") {
+                assert!(out.contains(&shown), "{name}: {shown}\n{out}");
+            }
+        }
     }
 }
 

@@ -25,7 +25,7 @@ import numpy as np
 
 from . import _picket, _tables
 from ._answers import Answers
-from ._checks import maybe, number, one_of, pair, positive, whole, wrong
+from ._checks import maybe, not_negative, number, one_of, pair, positive, whole, wrong
 from ._picket import __version__
 
 __all__ = [
@@ -527,9 +527,9 @@ def simulate(scene, targets=None, *, n=1024, rate_hz=1e6, blocks=30, noise=0.0, 
     seed = 0 if seed is None else whole("seed", seed, 0, (1 << 64) - 1)
     if scene is None or _kind(scene) == "tone":
         raise wrong("scene", scene, "give a Doppler, a Chirp, or a whole scene as a dict")
-    n, blocks = whole("n", n, 1, 1 << 22), whole("blocks", blocks, 1, 1 << 32)
+    n, blocks = whole("n", n, 1, 1 << 32), whole("blocks", blocks, 1, 1 << 32)
     rate_hz, period_s = positive("rate_hz", rate_hz), number("period_s", period_s)
-    noise = number("noise", noise, "give codes of 0 or more", lambda x: x >= 0)
+    noise = not_negative("noise", noise)
     try:
         told = [tuple(map(float, target)) for target in targets]
     except (TypeError, ValueError):
@@ -549,7 +549,7 @@ def simulate(scene, targets=None, *, n=1024, rate_hz=1e6, blocks=30, noise=0.0, 
 def _whole(scene, n, seed):
     """The records of a scene that is a dict or JSON, and their truth."""
     text = scene if isinstance(scene, str) else json.dumps(scene)
-    n, seed = whole("n", n, 1, 1 << 22), maybe(whole, "seed", seed, 0, (1 << 64) - 1)
+    n, seed = whole("n", n, 1, 1 << 32), maybe(whole, "seed", seed, 0, (1 << 64) - 1)
     words, iq, n, rows = _picket.whole(text, n, seed)
     names = ("time_s", "frequency_hz", "amplitude", "range_m", "velocity_mps")
     truth = np.empty(len(rows), [("block", "i8"), ("source", "i8"), *((name, "f8") for name in names)])

@@ -25,6 +25,11 @@ def positive(name, value):
     return number(name, value, "give a number above 0", lambda x: x > 0)
 
 
+def not_negative(name, value, cure="give a number of 0 or more"):
+    """The value as a number of 0 or more."""
+    return number(name, value, cure, lambda x: x >= 0)
+
+
 def whole(name, value, least, most, cure=None):
     """The value as a whole number from `least` to `most`."""
     number(name, value, cure or f"give a whole number from {least} to {most}", lambda x: x.is_integer() and least <= x <= most)

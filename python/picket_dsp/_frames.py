@@ -7,14 +7,15 @@ from dataclasses import asdict, make_dataclass
 import numpy as np
 
 from . import Chirp, _Front, _kind, _numbers, _picket, _tables
-from ._checks import maybe, number, pair, whole, wrong
+from ._checks import maybe, not_negative, number, pair, whole, wrong
 
 
 def _checked(told):
     for name, value in asdict(told).items():
         if name.startswith("sigma_") or isinstance(told, Uncertainty):
-            number(name, value, "a standard deviation is 0 or more", lambda x: x >= 0)
-        number(name, value)
+            not_negative(name, value, "a standard deviation is 0 or more")
+        else:
+            number(name, value)
 
 
 def _told(name, doc):
@@ -111,7 +112,7 @@ class Frame(_Front):
         period = least if period_s is None else number("period_s", period_s, f"give at least a ramp's {least} s", lambda x: x >= least)
         bins = maybe(pair, "bins", bins, lambda name, bin: whole(name, bin, -4096, 4096))
         false_alarm = maybe(number, "false_alarm", false_alarm, "give a false-alarm probability, above 0, at most 0.5", lambda x: 0 < x <= 0.5)
-        self._chirps = whole("chirps", chirps, 0, 1 << 16, "a frame has 8, 16, ... 256 chirps")
+        self._chirps = int(number("chirps", chirps, "a frame has 8, 16, ... 256 chirps", lambda x: x in (8, 16, 32, 64, 128, 256)))
         known = _pairs("uncertainty", uncertainty, Uncertainty), _pairs("calibration", calibration, Calibration)
         self._terms = (self._chirps, period, bins, false_alarm, *known)
         self._alias, self._bins = self._native(*self._rails(False)).framing(self._terms)
@@ -213,7 +214,7 @@ class PhaseRanging(_Phases):
 
         The distance should be known to a tenth of a wavelength if ranges are to be absolute.
         """
-        known = number("known_m", known_m, "give metres of 0 or more", lambda x: x >= 0), number("sigma_m", sigma_m, "give metres of 0 or more", lambda x: x >= 0)
+        known = not_negative("known_m", known_m), not_negative("sigma_m", sigma_m)
         rows = self._rows(samples, hop, (), "calibration", None, known)
         if not len(rows):
             raise ValueError("no chirp has a tone that may be used")

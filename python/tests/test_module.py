@@ -1,6 +1,7 @@
 """What the module promises. The answers themselves are the library's, and tested with it."""
 
 import copy
+import doctest
 import json
 import pathlib
 import pickle
@@ -502,6 +503,11 @@ def test_answers_are_printed_as_a_table():
     assert str(answers[["gap", "usable", "reason", "phase"]][:1]).split()[:4] == ["gap", "usable", "reason", "phase"]
     assert str(answers[:0]).startswith("block")
     assert "31" in str(framed().targets(chirps([{"range_m": 18, "amplitude": 60}])))
+
+
+def test_the_modules_example_prints_what_it_says():
+    failed, tried = doctest.testmod(picket_dsp)
+    assert failed == 0 < tried
 
 
 def test_answers_stay_arrays():
