@@ -1,5 +1,5 @@
 //! The module for Python: the wheel in fresh environments, with the oldest and the newest numpy; its answers, to the bit, beside those
-//! of `picket analyze`; the README's lines; the notebooks; a cluster's workers; a ROS node. `cargo test --test python`; a plain `cargo test` leaves it out, since the
+//! of `picket analyze`; the pages' lines and types; the notebooks; a cluster's workers; a ROS node. `cargo test --test python`; a plain `cargo test` leaves it out, since the
 //! wheel takes minutes to build.
 
 #[path = "../../dependents/same_bits.rs"]
@@ -218,20 +218,77 @@ fn blocks(document: &str, language: &str) -> Vec<String> {
     parts.map(|part| part.split("```").next().unwrap().to_owned()).collect()
 }
 
+/// The documents' programs. A page is one program: later blocks use what the first ones have made.
+fn pages() -> impl Iterator<Item = (&'static str, String)> {
+    ["README.md", "python/README.md", "docs/python.md"].into_iter().map(|name| {
+        let program = blocks(&fs::read_to_string(workspace().join(name)).unwrap(), "python");
+        assert!(program.len() == 1 || name.starts_with("docs"), "{name}");
+        (name, program.concat())
+    })
+}
+
 #[test]
 fn the_readmes_and_the_pages_lines_run() {
     let programs = fresh("readme", &[]);
-    let read = |name: &str| fs::read_to_string(workspace().join(name)).unwrap();
-    let readme = blocks(&read("README.md"), "python");
-    assert_eq!(readme.len(), 1, "README.md");
-    for (name, program) in
-        [("README.md", readme), ("docs/python.md", blocks(&read("docs/python.md"), "python"))]
-    {
-        // A page is one program: later blocks use what the first ones have made.
+    for (name, program) in pages() {
         let file = temporary("run").join("page.py");
-        fs::write(&file, program.concat()).unwrap();
+        fs::write(&file, program).unwrap();
         let out = said(Command::new(programs.join("python")).current_dir(workspace()).arg(&file));
         assert!(out.contains("good"), "{name}: {out}");
+        if name.contains("python") {
+            for shown in blocks(&fs::read_to_string(workspace().join(name)).unwrap(), "text") {
+                assert!(out.contains(&shown), "{name}: {shown}\n{out}");
+            }
+        }
+    }
+}
+
+/// The stubs say what the module has, and mypy and pyright take them, the pages and the examples.
+#[test]
+fn the_types_are_those_of_the_module() {
+    // Pyright's node comes from PyPI, too.
+    let programs = fresh("types", &["numpy", "pandas-stubs", "mypy", "pyright[nodejs]"]);
+    let _ = fs::remove_dir_all(temporary("types"));
+    // Without the private modules beside it, which have no stubs.
+    let stubs = temporary("types/stubs/picket_dsp");
+    fs::copy(workspace().join("python/picket_dsp/__init__.pyi"), stubs.join("__init__.pyi"))
+        .unwrap();
+    let place = temporary("types/programs");
+    for (number, (_, program)) in pages().enumerate() {
+        fs::write(place.join(format!("page{number}.py")), program).unwrap();
+    }
+    for name in ["folder.py", "radar_track.py"] {
+        fs::copy(workspace().join("python/examples").join(name), place.join(name)).unwrap();
+    }
+    let run = |program: &str, arguments: &[&str], place: &Path| {
+        let mut command = Command::new(programs.join(program));
+        command.args(arguments).current_dir(place);
+        command
+    };
+    let stubtest = ["-m", "mypy.stubtest", "picket_dsp"];
+    said(run("python", &stubtest, &place).env("MYPYPATH", stubs.parent().unwrap()));
+    said(&mut run("mypy", &["--strict", "__init__.pyi"], &stubs));
+    // Dask and ROS are not here.
+    let mypy = ["--strict", "--ignore-missing-imports", "."];
+    let python = programs.join("python");
+    let pyright = ["--pythonpath", python.to_str().unwrap()];
+    let lenient = r#"{"reportMissingImports": false, "reportMissingModuleSource": false}"#;
+    for place in [&stubs, &place] {
+        fs::write(place.join("pyrightconfig.json"), lenient).unwrap();
+        said(&mut run("pyright", &pyright, place));
+    }
+    said(&mut run("mypy", &mypy, &place));
+    let wrong = "import picket_dsp\n\
+        picket_dsp.Pipeline(rate_hz='fast')\n\
+        picket_dsp.Chirp(bandwidth_hz=1e8, duration_s=1e-3, carrier_hz=24e9, shape='saw')\n\
+        picket_dsp.Pipeline(rate_hz=48e3).blocks([0] * 1024).to_excel()\n";
+    fs::write(place.join("wrong.py"), wrong).unwrap();
+    for mut checker in [run("mypy", &mypy, &place), run("pyright", &pyright, &place)] {
+        let output = checker.output().unwrap();
+        let told = String::from_utf8_lossy(&output.stdout);
+        for line in 2..=4 {
+            assert!(told.contains(&format!("wrong.py:{line}:")), "{checker:?}: {told}");
+        }
     }
 }
 

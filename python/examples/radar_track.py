@@ -16,7 +16,7 @@ from unique_identifier_msgs.msg import UUID
 HALF_BEAM_RAD = 0.1  # of your antenna or lens
 
 
-def track(answer, name):
+def track(answer: dict[str, float], name: uuid.UUID) -> RadarTrack:
     """The track of an answer. Covariances are xx, xy, xz, yy, yz, zz."""
     range_m, across = answer["range_m"], (answer["range_m"] * HALF_BEAM_RAD) ** 2
     closing, sigma = answer["velocity_mps"], answer["sigma_velocity_mps"]

@@ -5,12 +5,18 @@
     >>> answers = picket_dsp.Pipeline(n=1024, rate_hz=48e3, codes=12).blocks(samples)
     >>> answers["verdict"].tolist()
     ['good', 'good', 'good', 'good']
+    >>> answers[["frequency_hz", "sigma_hz", "verdict"]][:2]
+            frequency_hz  verdict
+    1000.76696 ± 0.00050     good
+    1000.76570 ± 0.00047     good
+    [rows: 2; columns: 3 of 3]
 
 Every answer has `sigma_hz`, one standard deviation of its frequency, a `verdict`, and `usable`: whether the verdict says that the
 error is within sigma. `VERDICTS` says in a sentence what each verdict means.
 """
 
 import json
+import math
 import os
 import warnings
 from dataclasses import dataclass
@@ -18,11 +24,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import _picket, _tables
+from ._answers import Answers
+from ._checks import maybe, not_negative, number, one_of, pair, positive, whole, wrong
 from ._picket import __version__
 
 __all__ = [
-    "Accumulator", "BurstProcessor", "Calibration", "Chirp", "Displacement", "Doppler", "Frame", "PhaseRanging", "Pipeline", "Sequence",
-    "Tracker", "Uncertainty", "VERDICTS", "analyze", "explain", "read_recording", "read_telemetry", "simulate", "__version__",
+    "Accumulator", "Answers", "BurstProcessor", "Calibration", "Chirp", "Displacement", "Doppler", "Frame", "PhaseRanging",
+    "Pipeline", "Sequence", "Tracker", "Uncertainty", "VERDICTS", "analyze", "explain", "read_recording", "read_telemetry", "simulate", "__version__",
 ]
 
 #: What each verdict means, from best to worst: its name, and a sentence.
@@ -31,14 +39,23 @@ VERDICTS = {name: sentence for _, name, _, _, sentence in _tables.VERDICTS}
 _SPEED_OF_LIGHT = 299_792_458.0
 
 
+_MIXINGS, _SHAPES = ("rx-conj-tx", "tx-conj-rx"), ("trapezoid", "triangle", "sawtooth")
+
+
 def _wavelength(wavelength_m, carrier_hz):
     if (wavelength_m is None) == (carrier_hz is None):
-        raise ValueError("give either wavelength_m or carrier_hz")
+        raise ValueError(f"wavelength_m={wavelength_m}, carrier_hz={carrier_hz}: give one of them")
     if wavelength_m is None:
-        if not carrier_hz > 0:
-            raise ValueError("carrier_hz must be positive")
-        return _SPEED_OF_LIGHT / carrier_hz
-    return float(wavelength_m)
+        return _SPEED_OF_LIGHT / positive("carrier_hz", carrier_hz)
+    # Longer ones are of below 300 Hz: a carrier that was taken for a wavelength.
+    return number("wavelength_m", wavelength_m, "give metres above 0, or carrier_hz", lambda x: 0 < x < 1e6)
+
+
+def _bound(name, bound):
+    low, high = pair(name, bound)
+    if low > high:
+        raise wrong(name, bound, "the low one first")
+    return low, high
 
 
 @dataclass(frozen=True)
@@ -55,9 +72,13 @@ class Doppler:
     mixing: str = "rx-conj-tx"
     carrier_hz: float | None = None
 
+    def __post_init__(self):
+        self._terms()
+
     def _terms(self):
         wavelength = _wavelength(self.wavelength_m, self.carrier_hz)
-        return ("doppler", wavelength, float(self.angle_rad), 0.0, 0.0, 0.0, 0.0, "trapezoid", self.mixing, [None, None])
+        angle = number("angle_rad", self.angle_rad, "give less than a right angle, rad", lambda x: abs(x) < math.pi / 2)
+        return ("doppler", wavelength, angle, 0.0, 0.0, 0.0, 0.0, "trapezoid", one_of("mixing", self.mixing, _MIXINGS), [None, None])
 
 
 @dataclass(frozen=True)
@@ -86,19 +107,27 @@ class Chirp:
     range_m: tuple[float, float] | None = None
     velocity_mps: tuple[float, float] | None = None
 
+    def __post_init__(self):
+        self._terms()
+
     def _terms(self):
-        wavelength = _wavelength(self.wavelength_m, self.carrier_hz)
-        bounds = [None if bound is None else tuple(map(float, bound)) for bound in (self.range_m, self.velocity_mps)]
-        numbers = (self.bandwidth_hz, self.duration_s, self.guard_s, self.sweep_curvature)
-        return ("chirp", wavelength, 0.0, *map(float, numbers), self.shape, self.mixing, bounds)
+        numbers = (
+            positive("bandwidth_hz", self.bandwidth_hz),
+            positive("duration_s", self.duration_s),
+            number("guard_s", self.guard_s, "give 0 or more, less than duration_s", lambda x: 0 <= x < self.duration_s),
+            number("sweep_curvature", self.sweep_curvature, "give less than 1/4", lambda x: abs(x) < 0.25),
+        )
+        words = (one_of("shape", self.shape, _SHAPES), one_of("mixing", self.mixing, _MIXINGS))
+        bounds = [maybe(_bound, name, getattr(self, name)) for name in ("range_m", "velocity_mps")]
+        return ("chirp", _wavelength(self.wavelength_m, self.carrier_hz), 0.0, *numbers, *words, bounds)
 
 
 def _numbers(missing):
     """The numbers of missing samples, in order."""
-    missing = np.unique(np.asarray(missing, dtype=np.int64)).tolist()
-    if missing and missing[0] < 0:
-        raise ValueError("missing samples have numbers from 0 on")
-    return missing
+    array = np.atleast_1d(missing)
+    if array.size and (array.dtype.kind not in "iu" or array.min() < 0):
+        raise wrong("missing", missing, "give the numbers of samples, from 0 on: np.flatnonzero(mask)")
+    return np.unique(array.astype(np.int64)).tolist()
 
 
 def _kind(scene):
@@ -106,7 +135,7 @@ def _kind(scene):
         return "tone"
     if isinstance(scene, (Doppler, Chirp)):
         return scene._terms()[0]
-    raise ValueError("scene is a Doppler or a Chirp")
+    raise wrong("scene", scene, "give a Doppler or a Chirp")
 
 
 class _Front:
@@ -115,12 +144,16 @@ class _Front:
     def __init__(self, n, rate_hz, codes, iq, band_hz, scene, false_alarm, engine, arithmetic, effort=3, following=None, carrier=(0.0, 0.0)):
         if rate_hz is None:
             raise ValueError("rate_hz is not given: add the converter's samples per second")
-        self._n, self._rate_hz, self._iq, self._scene_kind = int(n), float(rate_hz), bool(iq), _kind(scene)
+        self._n = whole("n", n, 0, 1 << 32, "a block has 64, 128, ... 4096 samples")
+        self._rate_hz = number("rate_hz", rate_hz, "give the sample rate in Hz")
+        self._iq, self._scene_kind = bool(number("iq", iq, "give True or False", lambda x: x in (0, 1))), _kind(scene)
         self._codes = codes
         terms = scene._terms() if scene is not None else None
-        band = None if band_hz is None else tuple(map(float, band_hz))
-        if band is not None and len(band) != 2:
-            raise ValueError("band_hz is (low, high)")
+        band = maybe(pair, "band_hz", band_hz)
+        false_alarm = maybe(number, "false_alarm", false_alarm, "give a probability, 0 to 0.5")
+        one_of("engine", engine, ("i32", "f32"))
+        one_of("arithmetic", arithmetic, ("float", "fixed"))
+        one_of("effort", effort, ("look", "one", "full"))
 
         def make(low, high):
             return _picket.Native(
@@ -147,13 +180,12 @@ class _Front:
     def _rails(self, unsigned):
         """The lowest and the highest code."""
         if isinstance(self._codes, (tuple, list)):
-            low, high = self._codes
-            if not -32768 <= low < high <= 32767:
-                raise ValueError("codes: the low one first, both within 16 bits")
-            return int(low), int(high)
-        bits = int(self._codes)
-        if not 8 <= bits <= 16:
-            raise ValueError(f"codes={self._codes}: a converter has 8 to 16 bits, or give (low, high)")
+            cure = "give the low one first, both within 16 bits"
+            low, high = pair("codes", self._codes, lambda name, code: whole(name, code, -32768, 32767, cure))
+            if not low < high:
+                raise wrong("codes", self._codes, cure)
+            return low, high
+        bits = whole("codes", self._codes, 8, 16, "a converter has 8 to 16 bits, or give (low, high)")
         if unsigned and bits < 16:
             return 0, (1 << bits) - 1
         return -(1 << (bits - 1)), (1 << (bits - 1)) - 1
@@ -218,9 +250,7 @@ class _Front:
             return self._n
         if rows:
             raise ValueError("one row a block has no hop: give one long array")
-        if int(hop) < 1:
-            raise ValueError("hop is at least 1 sample")
-        return int(hop)
+        return whole("hop", hop, 1, (1 << 32) - 1)
 
 
 class Pipeline(_Front):
@@ -247,7 +277,7 @@ class Pipeline(_Front):
         self, n=1024, rate_hz=None, codes=12, iq=False, band_hz=None, scene=None, *, false_alarm=None, engine="i32", arithmetic="float",
         effort=3, linewidth_hz=0.0, envelope_hz=0.0,
     ):
-        carrier = (float(linewidth_hz), float(envelope_hz))
+        carrier = (number("linewidth_hz", linewidth_hz), number("envelope_hz", envelope_hz))
         super().__init__(n, rate_hz, codes, iq, band_hz, scene, false_alarm, engine, arithmetic, effort, carrier=carrier)
 
     def blocks(self, samples, hop=None, *, phase=False, threads=None, missing=()):
@@ -262,10 +292,10 @@ class Pipeline(_Front):
         Columns: block, time_s (the block's middle), gap, clipped (samples at a rail), frequency_hz, sigma_hz, snr_db, amplitude
         (codes), verdict, usable, reason (all that applies, the worst first), phase, sigma_phase; with a scene velocity_mps,
         sigma_velocity_mps, target_verdict, target_usable; with a Chirp segment, range_m, sigma_range_m, ambiguity and four candidates,
-        the most probable first (range_1_m, velocity_1_mps, odds_1 and so on), too, in the row of a chirp's last block. `pandas.DataFrame(result)` takes it as it is.
+        the most probable first (range_1_m, velocity_1_mps, odds_1 and so on), too, in the row of a chirp's last block. `answers.to_pandas()` is a DataFrame.
         """
         words, native, rows = self._words(samples)
-        threads = (os.cpu_count() or 1) if threads is None else int(threads)
+        threads = (os.cpu_count() or 1) if threads is None else whole("threads", threads, 1, 1 << 16)
         table = native.blocks(words, self._hop(hop, rows), bool(phase), threads, _numbers(missing))
         return _tables.blocks(table, self._n, self._rate_hz, self._scene_kind)
 
@@ -274,10 +304,9 @@ class Pipeline(_Front):
 
         Columns: frequency_hz, sigma_hz, snr_db, amplitude, verdict, usable, reason, phase, sigma_phase.
         """
-        if not 1 <= int(most) <= 4:
-            raise ValueError("most is 1 to 4")
+        most = whole("most", most, 1, 4)
         words, native = self._one(block)
-        return _tables.lines(native.lines(words, int(most)))
+        return _tables.lines(native.lines(words, most))
 
     def explain(self, block):
         """Every test behind the verdict on one block, in the order in which they are made.
@@ -308,14 +337,10 @@ class Tracker(_Front):
         self, n=1024, rate_hz=None, codes=12, iq=False, band_hz=None, scene=None, *, most=1, rate_bins=2.0, refresh=0,
         false_alarm=None, arithmetic="float", effort=3, linewidth_hz=0.0, envelope_hz=0.0,
     ):
-        if not 1 <= int(most) <= 4:
-            raise ValueError("most is 1 to 4")
-        if not 0 <= int(refresh) <= 255:
-            raise ValueError("refresh is 0 to 255 blocks")
-        following = (float(rate_bins), int(most), int(refresh))
+        following = (number("rate_bins", rate_bins), whole("most", most, 1, 4), whole("refresh", refresh, 0, 255))
         super().__init__(
             n, rate_hz, codes, iq, band_hz, scene, false_alarm, "i32", arithmetic, effort, following,
-            (float(linewidth_hz), float(envelope_hz)),
+            (number("linewidth_hz", linewidth_hz), number("envelope_hz", envelope_hz)),
         )
 
     def follow(self, samples, hop=None):
@@ -350,17 +375,12 @@ class Accumulator(_Front):
         self, n=1024, rate_hz=None, codes=12, iq=False, band_hz=None, scene=None, *, blocks=100, segment=None, drift_bins=0.0,
         false_alarm=None, arithmetic="float",
     ):
-        if not 1 <= int(blocks) <= 65536:
-            raise ValueError("blocks is 1 to 65536")
-        if not np.isfinite(drift_bins):
-            raise ValueError("drift_bins must be finite")
-        if false_alarm is not None and not 0 < false_alarm <= 0.5:
-            raise ValueError("the false-alarm probability must lie between 0 and 0.5")
         if segment not in (None, "up", "flat", "down") or (segment is None) != (_kind(scene) != "chirp"):
-            raise ValueError("segment is up, flat or down with a Chirp, and None without")
+            raise wrong("segment", segment, "give up, flat or down with a Chirp, and None without")
         super().__init__(n, rate_hz, codes, iq, band_hz, scene, None, "i32", arithmetic)
-        number = (None, "up", "flat", "down").index(segment)
-        self._terms = (int(blocks), number, float(drift_bins), None if false_alarm is None else float(false_alarm))
+        false_alarm = maybe(number, "false_alarm", false_alarm, "give a probability, above 0, at most 0.5", lambda x: 0 < x <= 0.5)
+        place = (None, "up", "flat", "down").index(segment)
+        self._terms = (whole("blocks", blocks, 1, 65536), place, number("drift_bins", drift_bins), false_alarm)
 
     def sums(self, samples, hop=None):
         """One row for each complete sum of blocks; samples and hop are as for Pipeline.blocks.
@@ -389,12 +409,9 @@ class BurstProcessor(_Front):
     ):
         if _kind(scene) == "chirp":
             raise ValueError("bursts have no Chirp: scene is a Doppler or None")
-        if ratio is not None and not 1 < ratio <= 1e6:
-            raise ValueError("ratio is above 1, and at most 1e6")
-        if not (0 <= int(hold_off) < 2**32 and 0 <= int(least) < 2**32):
-            raise ValueError("hold_off and least are 0 or more, below 2**32")
         super().__init__(n, rate_hz, codes, iq, band_hz, scene, false_alarm, "i32", arithmetic)
-        self._trigger = (None if ratio is None else float(ratio), int(hold_off), int(least))
+        ratio = maybe(number, "ratio", ratio, "give more than 1, at most 1e6", lambda x: 1 < x <= 1e6)
+        self._trigger = (ratio, whole("hold_off", hold_off, 0, (1 << 32) - 1), whole("least", least, 0, (1 << 32) - 1))
 
     def bursts(self, samples, *, missing=()):
         """Every burst of a stream from its start, and what was counted.
@@ -433,8 +450,11 @@ def _recording(path, rate_hz, codes, iq, scale, channel, decimal_comma, format):
     """The samples of a recording, its rate, and the numbers of those that are missing."""
     low, high = _rails_of(codes)
     if channel is not None:
-        channel = (int(channel), None) if np.isscalar(channel) else (int(channel[0]), int(channel[1]))
-    scale = None if scale is None else float(scale)
+        def from_one(name, value):
+            return whole(name, value, 1, 1 << 16)
+
+        channel = (from_one("channel", channel), None) if np.isscalar(channel) else pair("channel", channel, from_one)
+    scale, rate_hz = maybe(number, "scale", scale), maybe(positive, "rate_hz", rate_hz)
     words, rate, pairs, missing = _picket.recording(
         os.fspath(path), low, high, format, rate_hz, bool(iq), scale, channel, bool(decimal_comma)
     )
@@ -475,7 +495,7 @@ def read_telemetry(source):
     if isinstance(source, (bytes, bytearray, memoryview)):
         data = bytes(source)
     else:
-        with open(source, "rb") as file:
+        with open(os.fspath(source), "rb") as file:
             data = file.read()
     rows, bad = _picket.telemetry(data)
     if len(rows) == 0:
@@ -504,30 +524,33 @@ def simulate(scene, targets=None, *, n=1024, rate_hz=1e6, blocks=30, noise=0.0, 
         if targets is not None:
             raise ValueError("a whole scene has its own sources: leave targets out")
         return _whole(scene, n, seed)
-    targets, seed = targets or (), 0 if seed is None else seed
+    seed = 0 if seed is None else whole("seed", seed, 0, (1 << 64) - 1)
     if scene is None or _kind(scene) == "tone":
-        raise ValueError("scene is a Doppler or a Chirp")
-    if n < 1 or blocks < 1 or not rate_hz > 0 or not noise >= 0:
-        raise ValueError("n, blocks and rate_hz must be positive, noise not negative")
-    targets = [tuple(map(float, target)) for target in targets]
-    if not targets or any(len(target) != 3 for target in targets):
-        raise ValueError("targets are tuples (range_m, velocity_mps, amplitude)")
+        raise wrong("scene", scene, "give a Doppler, a Chirp, or a whole scene as a dict")
+    n, blocks = whole("n", n, 1, 1 << 32), whole("blocks", blocks, 1, 1 << 32)
+    rate_hz, period_s = positive("rate_hz", rate_hz), number("period_s", period_s)
+    noise = not_negative("noise", noise)
+    try:
+        told = [tuple(map(float, target)) for target in targets]
+    except (TypeError, ValueError):
+        told = []
+    if not told or any(len(target) != 3 for target in told):
+        raise wrong("targets", targets, "give tuples (range_m, velocity_mps, amplitude)")
     low, high = _rails_of(codes)
     words, rows = _picket.simulate(
-        scene._terms(), int(n), float(rate_hz), int(blocks), targets, float(noise), bool(iq), low, high, int(seed), float(period_s)
+        scene._terms(), n, rate_hz, blocks, told, noise, bool(iq), low, high, seed, period_s
     )
     truth = np.empty(len(rows), [("block", "i8"), ("target", "i8"), ("beat_hz", "f8"), ("range_m", "f8"), ("velocity_mps", "f8")])
     truth["block"], truth["target"], truth["beat_hz"], truth["range_m"] = rows.T
-    truth["velocity_mps"] = np.array([velocity for _, velocity, _ in targets])[truth["target"]]
+    truth["velocity_mps"] = np.array([velocity for _, velocity, _ in told])[truth["target"]]
     return words.reshape((blocks, n, 2) if iq else (blocks, n)), truth
 
 
 def _whole(scene, n, seed):
     """The records of a scene that is a dict or JSON, and their truth."""
     text = scene if isinstance(scene, str) else json.dumps(scene)
-    if n < 1:
-        raise ValueError("n must be positive")
-    words, iq, n, rows = _picket.whole(text, int(n), None if seed is None else int(seed))
+    n, seed = whole("n", n, 1, 1 << 32), maybe(whole, "seed", seed, 0, (1 << 64) - 1)
+    words, iq, n, rows = _picket.whole(text, n, seed)
     names = ("time_s", "frequency_hz", "amplitude", "range_m", "velocity_mps")
     truth = np.empty(len(rows), [("block", "i8"), ("source", "i8"), *((name, "f8") for name in names)])
     for column, name in enumerate(truth.dtype.names):

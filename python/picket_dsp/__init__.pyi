@@ -1,14 +1,32 @@
+from collections.abc import Iterable
 from dataclasses import dataclass
 from os import PathLike
-from typing import Any, Literal, overload
+from types import EllipsisType
+from typing import Any, Literal, TypeAlias, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from pandas import DataFrame
+
+__all__ = [
+    "Accumulator", "Answers", "BurstProcessor", "Calibration", "Chirp", "Displacement", "Doppler", "Frame", "PhaseRanging",
+    "Pipeline", "Sequence", "Tracker", "Uncertainty", "VERDICTS", "analyze", "explain", "read_recording", "read_telemetry", "simulate",
+    "__version__",
+]
 
 __version__: str
 VERDICTS: dict[str, str]
-Codes = int | tuple[int, int]
-Rows = NDArray[np.void]
+_Codes: TypeAlias = int | tuple[int, int]
+_Several: TypeAlias = slice | EllipsisType | list[int] | list[bool] | list[str] | NDArray[np.bool_] | NDArray[np.integer[Any]]
+
+class Answers(np.ndarray[tuple[Any, ...], np.dtype[np.void]]):
+    @overload  # type: ignore[override]
+    def __getitem__(self, key: str) -> NDArray[Any]: ...
+    @overload
+    def __getitem__(self, key: int | np.integer[Any]) -> np.void: ...
+    @overload
+    def __getitem__(self, key: _Several) -> Answers: ...  # pyright: ignore[reportIncompatibleMethodOverride]
+    def to_pandas(self) -> DataFrame: ...
 
 @dataclass(frozen=True)
 class Doppler:
@@ -16,6 +34,7 @@ class Doppler:
     angle_rad: float = ...
     mixing: Literal["rx-conj-tx", "tx-conj-rx"] = ...
     carrier_hz: float | None = ...
+    def __post_init__(self) -> None: ...
 
 @dataclass(frozen=True)
 class Chirp:
@@ -29,13 +48,14 @@ class Chirp:
     carrier_hz: float | None = ...
     range_m: tuple[float, float] | None = ...
     velocity_mps: tuple[float, float] | None = ...
+    def __post_init__(self) -> None: ...
 
 class Pipeline:
     def __init__(
         self,
         n: int = ...,
-        rate_hz: float = ...,
-        codes: Codes = ...,
+        rate_hz: float | None = ...,
+        codes: _Codes = ...,
         iq: bool = ...,
         band_hz: tuple[float, float] | None = ...,
         scene: Doppler | Chirp | None = ...,
@@ -44,21 +64,23 @@ class Pipeline:
         engine: Literal["i32", "f32"] = ...,
         arithmetic: Literal["float", "fixed"] = ...,
         effort: Literal[0, 1, 2, 3] = ...,
+        linewidth_hz: float = ...,
+        envelope_hz: float = ...,
     ) -> None: ...
     @property
     def n(self) -> int: ...
     @property
     def rate_hz(self) -> float: ...
-    def blocks(self, samples: ArrayLike, hop: int | None = ..., *, phase: bool = ..., threads: int | None = ..., missing: ArrayLike = ...) -> Rows: ...
-    def lines(self, block: ArrayLike, most: int = ...) -> Rows: ...
-    def explain(self, block: ArrayLike) -> Rows: ...
+    def blocks(self, samples: ArrayLike, hop: int | None = ..., *, phase: bool = ..., threads: int | None = ..., missing: ArrayLike = ...) -> Answers: ...
+    def lines(self, block: ArrayLike, most: int = ...) -> Answers: ...
+    def explain(self, block: ArrayLike) -> Answers: ...
 
 class Tracker:
     def __init__(
         self,
         n: int = ...,
-        rate_hz: float = ...,
-        codes: Codes = ...,
+        rate_hz: float | None = ...,
+        codes: _Codes = ...,
         iq: bool = ...,
         band_hz: tuple[float, float] | None = ...,
         scene: Doppler | Chirp | None = ...,
@@ -69,19 +91,21 @@ class Tracker:
         false_alarm: float | None = ...,
         arithmetic: Literal["float", "fixed"] = ...,
         effort: Literal[0, 1, 2, 3] = ...,
+        linewidth_hz: float = ...,
+        envelope_hz: float = ...,
     ) -> None: ...
     @property
     def n(self) -> int: ...
     @property
     def rate_hz(self) -> float: ...
-    def follow(self, samples: ArrayLike, hop: int | None = ...) -> tuple[Rows, Rows, Rows]: ...
+    def follow(self, samples: ArrayLike, hop: int | None = ...) -> tuple[Answers, Answers, Answers]: ...
 
 class Accumulator:
     def __init__(
         self,
         n: int = ...,
-        rate_hz: float = ...,
-        codes: Codes = ...,
+        rate_hz: float | None = ...,
+        codes: _Codes = ...,
         iq: bool = ...,
         band_hz: tuple[float, float] | None = ...,
         scene: Doppler | Chirp | None = ...,
@@ -96,14 +120,14 @@ class Accumulator:
     def n(self) -> int: ...
     @property
     def rate_hz(self) -> float: ...
-    def sums(self, samples: ArrayLike, hop: int | None = ...) -> Rows: ...
+    def sums(self, samples: ArrayLike, hop: int | None = ...) -> Answers: ...
 
 class BurstProcessor:
     def __init__(
         self,
         n: int = ...,
-        rate_hz: float = ...,
-        codes: Codes = ...,
+        rate_hz: float | None = ...,
+        codes: _Codes = ...,
         iq: bool = ...,
         band_hz: tuple[float, float] | None = ...,
         scene: Doppler | None = ...,
@@ -118,7 +142,7 @@ class BurstProcessor:
     def n(self) -> int: ...
     @property
     def rate_hz(self) -> float: ...
-    def bursts(self, samples: ArrayLike, *, missing: ArrayLike = ...) -> tuple[Rows, dict[str, int]]: ...
+    def bursts(self, samples: ArrayLike, *, missing: ArrayLike = ...) -> tuple[Answers, dict[str, int]]: ...
 
 @dataclass(frozen=True)
 class Uncertainty:
@@ -128,7 +152,7 @@ class Uncertainty:
     angle_rad: float = ...
     range_offset_m: float = ...
     phase_rad: float = ...
-    def budget(self, answers: Rows, *, angle_rad: float = ..., blocks: int = ...) -> Rows: ...
+    def budget(self, answers: NDArray[np.void] | np.void, *, angle_rad: float = ..., blocks: int = ...) -> Answers: ...
 
 @dataclass(frozen=True)
 class Calibration:
@@ -146,8 +170,8 @@ class Frame:
     def __init__(
         self,
         n: int = ...,
-        rate_hz: float = ...,
-        codes: Codes = ...,
+        rate_hz: float | None = ...,
+        codes: _Codes = ...,
         iq: bool = ...,
         scene: Chirp | None = ...,
         *,
@@ -166,15 +190,15 @@ class Frame:
     def chirps(self) -> int: ...
     @property
     def alias_mps(self) -> float: ...
-    def targets(self, array: ArrayLike, *, background: ArrayLike | None = ...) -> Rows: ...
+    def targets(self, array: ArrayLike, *, background: ArrayLike | None = ...) -> Answers: ...
     def background(self, array: ArrayLike) -> tuple[NDArray[np.complex64], float]: ...
 
 class PhaseRanging:
     def __init__(
         self,
         n: int = ...,
-        rate_hz: float = ...,
-        codes: Codes = ...,
+        rate_hz: float | None = ...,
+        codes: _Codes = ...,
         iq: bool = ...,
         scene: Chirp | None = ...,
         *,
@@ -185,15 +209,15 @@ class PhaseRanging:
     def n(self) -> int: ...
     @property
     def rate_hz(self) -> float: ...
-    def ranges(self, samples: ArrayLike, hop: int | None = ..., *, missing: ArrayLike = ...) -> Rows: ...
+    def ranges(self, samples: ArrayLike, hop: int | None = ..., *, missing: ArrayLike = ...) -> Answers: ...
     def calibrate(self, samples: ArrayLike, known_m: float, sigma_m: float = ..., hop: int | None = ...) -> Calibration: ...
 
 class Displacement:
     def __init__(
         self,
         n: int = ...,
-        rate_hz: float = ...,
-        codes: Codes = ...,
+        rate_hz: float | None = ...,
+        codes: _Codes = ...,
         iq: bool = ...,
         scene: Doppler | Chirp | None = ...,
         *,
@@ -204,14 +228,14 @@ class Displacement:
     def n(self) -> int: ...
     @property
     def rate_hz(self) -> float: ...
-    def follow(self, samples: ArrayLike, hop: int | None = ..., *, missing: ArrayLike = ...) -> Rows: ...
+    def follow(self, samples: ArrayLike, hop: int | None = ..., *, missing: ArrayLike = ...) -> Answers: ...
 
 class Sequence:
     def __init__(
         self,
         n: int = ...,
-        rate_hz: float = ...,
-        codes: Codes = ...,
+        rate_hz: float | None = ...,
+        codes: _Codes = ...,
         iq: bool = ...,
         scene: Chirp | None = ...,
         *,
@@ -222,48 +246,48 @@ class Sequence:
     def n(self) -> int: ...
     @property
     def rate_hz(self) -> float: ...
-    def targets(self, samples: ArrayLike) -> Rows: ...
+    def targets(self, samples: ArrayLike) -> Answers: ...
 
 def read_recording(
     path: str | PathLike[str],
     *,
     rate_hz: float | None = ...,
-    codes: Codes = ...,
+    codes: _Codes = ...,
     iq: bool = ...,
     scale: float | None = ...,
     channel: int | tuple[int, int] | None = ...,
     decimal_comma: bool = ...,
     format: str | None = ...,
-) -> tuple[NDArray[np.int16], float]: ...
+) -> tuple[NDArray[np.int16], float | None]: ...
 def analyze(
     path: str | PathLike[str],
     n: int = ...,
     hop: int | None = ...,
     *,
     rate_hz: float | None = ...,
-    codes: Codes = ...,
+    codes: _Codes = ...,
     iq: bool = ...,
     scale: float | None = ...,
     channel: int | tuple[int, int] | None = ...,
     decimal_comma: bool = ...,
     format: str | None = ...,
     **options: Any,
-) -> Rows: ...
-def explain(block: ArrayLike, **options: Any) -> Rows: ...
-def read_telemetry(source: str | PathLike[str] | bytes | bytearray | memoryview) -> Rows: ...
+) -> Answers: ...
+def explain(block: ArrayLike, **options: Any) -> Answers: ...
+def read_telemetry(source: str | PathLike[str] | bytes | bytearray | memoryview) -> Answers: ...
 @overload
-def simulate(scene: dict[str, Any] | str, *, n: int = ..., seed: int | None = ...) -> tuple[NDArray[np.int16], Rows]: ...
+def simulate(scene: dict[str, Any] | str, targets: None = ..., *, n: int = ..., seed: int | None = ...) -> tuple[NDArray[np.int16], NDArray[np.void]]: ...
 @overload
 def simulate(
     scene: Doppler | Chirp,
-    targets: list[tuple[float, float, float]],
+    targets: Iterable[tuple[float, float, float]],
     *,
     n: int = ...,
     rate_hz: float = ...,
     blocks: int = ...,
     noise: float = ...,
     iq: bool = ...,
-    codes: Codes = ...,
+    codes: _Codes = ...,
     seed: int | None = ...,
     period_s: float = ...,
-) -> tuple[NDArray[np.int16], Rows]: ...
+) -> tuple[NDArray[np.int16], NDArray[np.void]]: ...

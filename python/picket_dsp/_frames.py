@@ -7,18 +7,29 @@ from dataclasses import asdict, make_dataclass
 import numpy as np
 
 from . import Chirp, _Front, _kind, _numbers, _picket, _tables
+from ._checks import maybe, not_negative, number, pair, whole, wrong
+
+
+def _checked(told):
+    for name, value in asdict(told).items():
+        if name.startswith("sigma_") or isinstance(told, Uncertainty):
+            not_negative(name, value, "a standard deviation is 0 or more")
+        else:
+            number(name, value)
 
 
 def _told(name, doc):
     """A class of numbers with the names that the library has for them, all 0 unless they are given."""
     fields = [(field, float, 0.0) for field in _picket.view_columns(name)]
-    told = make_dataclass(name.capitalize(), fields, frozen=True)
+    told = make_dataclass(name.capitalize(), fields, frozen=True, namespace={"__post_init__": _checked})
     told.__doc__, told.__module__ = doc, "picket_dsp"
     return told
 
 
-def _pairs(told):
+def _pairs(name, told, kind):
     """Names and numbers for the native half."""
+    if not isinstance(told, (kind, type(None))):
+        raise wrong(name, told, f"give {kind.__name__}(...)")
     return None if told is None else [(name, float(value)) for name, value in asdict(told).items()]
 
 
@@ -39,8 +50,7 @@ class Uncertainty(_told("uncertainty", "")):
         Columns: uncertainty_range_m, uncertainty_velocity_mps (one standard deviation of all, k = 1, by JCGM 100), and those of noise, clock,
         carrier, slope, angle, range_offset, phase.
         """
-        if int(blocks) < 1:
-            raise ValueError("blocks is at least 1")
+        blocks, angle_rad = whole("blocks", blocks, 1, (1 << 32) - 1), number("angle_rad", angle_rad)
         answers = np.atleast_1d(answers)
         names = answers.dtype.names or ()
         if not {"range_m", "velocity_mps"} & set(names):
@@ -50,7 +60,7 @@ class Uncertainty(_told("uncertainty", "")):
         rows = [answers[name] if name in names else none for name in columns]
         rows = [np.nan_to_num(row) if name.startswith("sigma") else row for name, row in zip(columns, rows)]
         rows.append(np.where(answers["sure"], answers["spacing_m"], np.nan) if "sure" in names else none)
-        table = _picket.budgets(np.stack(rows, -1).tolist(), _pairs(self), float(angle_rad), int(blocks))
+        table = _picket.budgets(np.stack(rows, -1).tolist(), _pairs("uncertainty", self, Uncertainty), angle_rad, blocks)
         return _tables.view(table, _picket.view_columns("budget"))
 
 
@@ -65,8 +75,11 @@ class Calibration(_told("calibration", "")):
     def load(cls, path):
         """What picket analyze --known-m --save, or save(), wrote."""
         with open(path, encoding="utf-8") as file:
-            told = json.load(file)
-        if "phase_rad" not in told:
+            try:
+                told = json.load(file)
+            except ValueError:
+                told = None
+        if not isinstance(told, dict) or "phase_rad" not in told:
             raise ValueError(f"{os.fspath(path)} is no calibration: picket analyze --known-m --save writes one")
         return cls(**{name: told[name] for name in asdict(cls()) if name in told})
 
@@ -95,12 +108,14 @@ class Frame(_Front):
         if not isinstance(scene, Chirp) or scene.shape != "sawtooth":
             raise ValueError('a frame is of sawtooth chirps: scene=Chirp(shape="sawtooth", ...)')
         super().__init__(n, rate_hz, codes, iq, None, scene, None, "i32", "float")
-        period = scene.duration_s if period_s is None else period_s
-        bins = None if bins is None else (int(bins[0]), int(bins[1]))
-        false_alarm = None if false_alarm is None else float(false_alarm)
-        self._chirps = int(chirps)
-        self._terms = (self._chirps, float(period), bins, false_alarm, _pairs(uncertainty), _pairs(calibration))
-        self._alias = self._native(*self._rails(False)).framing(self._terms)
+        least = scene.duration_s
+        period = least if period_s is None else number("period_s", period_s, f"give at least a ramp's {least} s", lambda x: x >= least)
+        bins = maybe(pair, "bins", bins, lambda name, bin: whole(name, bin, -4096, 4096))
+        false_alarm = maybe(number, "false_alarm", false_alarm, "give a false-alarm probability, above 0, at most 0.5", lambda x: 0 < x <= 0.5)
+        self._chirps = int(number("chirps", chirps, "a frame has 8, 16, ... 256 chirps", lambda x: x in (8, 16, 32, 64, 128, 256)))
+        known = _pairs("uncertainty", uncertainty, Uncertainty), _pairs("calibration", calibration, Calibration)
+        self._terms = (self._chirps, period, bins, false_alarm, *known)
+        self._alias, self._bins = self._native(*self._rails(False)).framing(self._terms)
 
     @property
     def chirps(self):
@@ -144,7 +159,10 @@ class Frame(_Front):
         """
         chirps, receivers = self._frames(array)
         words, native, _ = self._words(chirps)
-        still = [] if background is None else [(float(x.real), float(x.imag)) for x in np.asarray(background)]
+        still = [] if background is None else np.ravel(background)
+        if len(still) not in (0, self._bins):
+            raise ValueError(f"background has {len(still)} numbers for {self._bins} bins: take that of this frame's background()")
+        still = [(float(x.real), float(x.imag)) for x in still]
         columns, rows = native.frames(words, self._terms, still)
         return _tables.frames(rows, columns, max(1, len(chirps) // self._chirps // receivers))
 
@@ -161,7 +179,7 @@ class _Phases(_Front):
 
     def _rows(self, samples, hop, missing, name, calibration=None, numbers=(0.0, 0.0)):
         words, native, rows = self._words(samples)
-        asked = (name, _pairs(calibration) or [], list(map(float, numbers)))
+        asked = (name, _pairs("calibration", calibration, Calibration) or [], list(numbers))
         columns, table = native.phases(words, self._hop(hop, rows), asked, _numbers(missing))
         return _tables.view(table, columns)
 
@@ -178,6 +196,7 @@ class PhaseRanging(_Phases):
         if _kind(scene) != "chirp":
             raise ValueError("ranges by phase are of a Chirp")
         super().__init__(n, rate_hz, codes, iq, band_hz, scene, None, "i32", "float")
+        _pairs("calibration", calibration, Calibration)
         self._calibration = Calibration() if calibration is None else calibration
 
     def ranges(self, samples, hop=None, *, missing=()):
@@ -195,7 +214,8 @@ class PhaseRanging(_Phases):
 
         The distance should be known to a tenth of a wavelength if ranges are to be absolute.
         """
-        rows = self._rows(samples, hop, (), "calibration", None, (known_m, sigma_m))
+        known = not_negative("known_m", known_m), not_negative("sigma_m", sigma_m)
+        rows = self._rows(samples, hop, (), "calibration", None, known)
         if not len(rows):
             raise ValueError("no chirp has a tone that may be used")
         return Calibration(**{name: float(rows[0][name]) for name in asdict(Calibration())})
@@ -212,10 +232,8 @@ class Displacement(_Phases):
     def __init__(self, n=1024, rate_hz=None, codes=12, iq=False, scene=None, *, most_turns=0.25, band_hz=None):
         if _kind(scene) == "tone" or isinstance(scene, Chirp) and scene.shape != "sawtooth":
             raise ValueError('ways are of a Doppler, or of a Chirp(shape="sawtooth", ...)')
-        if not 0 < most_turns <= 0.25:
-            raise ValueError("most_turns is above 0, and at most 0.25")
         super().__init__(n, rate_hz, codes, iq, band_hz, scene, None, "i32", "float")
-        self._most = float(most_turns)
+        self._most = number("most_turns", most_turns, "give more than 0, at most 0.25", lambda x: 0 < x <= 0.25)
 
     def follow(self, samples, hop=None, *, missing=()):
         """The way of the strongest target, a row for each block with a tone; samples, hop and missing are as for Pipeline.blocks.
@@ -237,9 +255,7 @@ class Sequence(_Phases):
         if not isinstance(scene, Chirp) or scene.shape != "sawtooth":
             raise ValueError('a sequence is of sawtooth chirps: scene=Chirp(shape="sawtooth", ...)')
         super().__init__(n, rate_hz, codes, iq, band_hz, scene, None, "i32", "float")
-        self._period = self._n if period is None else int(period)
-        if not 1 <= self._period < 2**32:
-            raise ValueError("period is 1 sample or more")
+        self._period = self._n if period is None else whole("period", period, self._n, (1 << 32) - 1)
 
     def targets(self, samples):
         """What the chirps so far agree with, from the third on: a row for each target that they allow, the one nearest to the range's movement first.
@@ -252,4 +268,4 @@ class Sequence(_Phases):
         rows = np.asarray(samples)
         pairs = self._iq and rows.dtype.kind != "c"
         hop = None if rows.ndim - (1 if pairs else 0) == 2 else self._period
-        return self._rows(samples, hop, (), "sequence", None, (self._period, 0.0))
+        return self._rows(samples, hop, (), "sequence", None, (float(self._period), 0.0))

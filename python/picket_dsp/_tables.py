@@ -3,6 +3,7 @@
 import numpy as np
 
 from . import _picket
+from ._answers import table
 
 VERDICTS = _picket.verdicts()
 _MOST = max(number for number, *_ in VERDICTS) + 1
@@ -82,7 +83,7 @@ def blocks(rows, n, rate_hz, kind):
     """The strongest tone of every block."""
     head = [("block", "i8"), ("time_s", "f8"), ("gap", "?"), ("clipped", "i8")]
     segment = [("segment", "U4")] if kind == "chirp" else []
-    out = np.empty(len(rows), head + segment + TONE + PHASE + _scene_columns(kind))
+    out = table(len(rows), head + segment + TONE + PHASE + _scene_columns(kind))
     out["block"] = np.arange(len(rows))
     out["time_s"] = (rows[:, 0] + n / 2) / rate_hz
     out["gap"], out["clipped"] = rows[:, 1] != 0, rows[:, 3]
@@ -98,7 +99,7 @@ def blocks(rows, n, rate_hz, kind):
 
 def lines(rows):
     """All tones of one block, the strongest first."""
-    out = np.empty(len(rows), TONE + PHASE)
+    out = table(len(rows), TONE + PHASE)
     _, tone, phase = _parts(rows, 0)
     _put_tone(out, tone)
     out["phase"], out["sigma_phase"] = phase.T
@@ -108,7 +109,7 @@ def lines(rows):
 def tracks(rows, n, rate_hz):
     """Every track after every block."""
     head = [("time_s", "f8"), ("track", "i8"), ("state", "U9"), ("age", "i8"), ("misses", "i8"), ("rate_hz_per_block", "f8")]
-    out = np.empty(len(rows), head + TONE)
+    out = table(len(rows), head + TONE)
     out["time_s"] = (rows[:, 0] + n / 2) / rate_hz
     out["track"], out["age"], out["misses"], out["rate_hz_per_block"] = rows[:, 1], rows[:, 3], rows[:, 4], rows[:, 5]
     out["state"] = _STATE[rows[:, 2].astype(np.intp)]
@@ -118,7 +119,7 @@ def tracks(rows, n, rate_hz):
 
 def targets(rows, n, rate_hz, kind):
     """What the held tracks amount to."""
-    out = np.empty(len(rows), [("time_s", "f8"), ("track", "i8")] + _scene_columns(kind))
+    out = table(len(rows), [("time_s", "f8"), ("track", "i8")] + _scene_columns(kind))
     out["time_s"] = (rows[:, 0] + n / 2) / rate_hz
     out["track"] = rows[:, 1]
     if kind != "tone":
@@ -128,7 +129,7 @@ def targets(rows, n, rate_hz, kind):
 
 def sums(rows, rate_hz):
     """Sums of many blocks."""
-    out = np.empty(len(rows), [("time_s", "f8"), ("blocks", "i8"), ("ln_chance", "f8")] + TONE)
+    out = table(len(rows), [("time_s", "f8"), ("blocks", "i8"), ("ln_chance", "f8")] + TONE)
     out["time_s"], out["blocks"], out["ln_chance"] = rows[:, 0] / rate_hz, rows[:, 1], rows[:, 2]
     _put_tone(out, rows[:, 3:])
     return out
@@ -137,7 +138,7 @@ def sums(rows, rate_hz):
 def bursts(rows, rate_hz, kind):
     """Bursts of a stream."""
     head = [("time_s", "f8"), ("transit_s", "f8"), ("validation", _VALIDATION.dtype)]
-    out = np.empty(len(rows), head + TONE + _scene_columns(kind))
+    out = table(len(rows), head + TONE + _scene_columns(kind))
     out["time_s"], out["transit_s"] = rows[:, 0] / rate_hz, np.sqrt(8) * rows[:, 1] / rate_hz
     out["validation"] = _VALIDATION[rows[:, 2].astype(np.intp)]
     _, tone, target = _parts(rows, 3)
@@ -150,7 +151,7 @@ def bursts(rows, rate_hz, kind):
 def telemetry(rows):
     """What a board has sent."""
     head = [("sequence", "i8"), ("clock", "i8"), ("gap", "?"), ("segment", "U4"), ("clipped", "i8"), ("lost", "i8"), ("faults", "i8")]
-    out = np.empty(len(rows), head + TONE + RANGE + VELOCITY)
+    out = table(len(rows), head + TONE + RANGE + VELOCITY)
     out["sequence"], out["lost"], out["faults"], out["clock"] = rows[:, :4].T
     out["gap"], out["segment"], out["clipped"] = rows[:, 4] != 0, _SEGMENT[rows[:, 5].astype(np.intp)], rows[:, 6]
     _, tone, rest = _parts(rows, 7)
@@ -175,7 +176,7 @@ def _viewed(name):
 
 def view(rows, names):
     """Rows whose columns are those of the library's one description of an answer."""
-    out = np.empty(len(rows), [column for name in names for column in _viewed(name)])
+    out = table(len(rows), [column for name in names for column in _viewed(name)])
     numbers = dict(zip(names, rows.T))
     for name in names:
         column = numbers[name]
@@ -202,7 +203,7 @@ def frames(rows, names, frames):
 
 def tests(rows):
     """Every test behind a verdict."""
-    out = np.empty(len(rows), [("fit", "U16"), ("test", "U24"), ("value", "f8"), ("limit", "f8"), ("outcome", "U24")])
+    out = table(len(rows), [("fit", "U16"), ("test", "U24"), ("value", "f8"), ("limit", "f8"), ("outcome", "U24")])
     for place, row in zip(out, rows):
         for name, value in zip(out.dtype.names, row):
             place[name] = value

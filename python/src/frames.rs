@@ -50,6 +50,8 @@ pub struct Found {
     pub background: Vec<Complex<f32>>,
     pub share: f32,
     pub alias_mps: f32,
+    /// Bins that are kept of each chirp.
+    pub bins: usize,
 }
 
 impl Framing {
@@ -108,7 +110,7 @@ impl ForRecord for Frames<'_> {
             .calibration
             .map(|calibration| PhaseRanging::new(&chirp, rate_hz, N, R::IQ, calibration));
         let ranging = ranging.transpose()?;
-        let found = Found { alias_mps: plan.alias_mps(), ..Found::default() };
+        let found = Found { alias_mps: plan.alias_mps(), bins: plan.bins(), ..Found::default() };
         let parts = if R::IQ { 2 } else { 1 };
         let of_frame = |number: usize, act: &mut dyn FnMut(&Frame<'_>)| {
             let mut cells = vec![[0i32; 2]; plan.cells()];

@@ -3,7 +3,7 @@
 use crate::blocks::{Blocks, Lines};
 use crate::bursts::{BurstRow, Bursts};
 use crate::explain::{Explain, Heard};
-use crate::frames::{Frames, Framing, Wanted};
+use crate::frames::{Found, Frames, Framing, Wanted};
 use crate::phases::{Asked, Phases};
 use crate::sums::Sums;
 use crate::tables::{ToneRow, table};
@@ -18,7 +18,8 @@ use picket_dsp::num_complex::Complex;
 use picket_dsp::solve::phase_range::Calibration;
 use picket_dsp::spectrum::engine::Engine;
 use picket_dsp::{
-    Arithmetic, Carrier, Config, Effort, F32, Following, I32, Plan, Record, Segment, Stamp, Trigger,
+    Arithmetic, Carrier, Chirp, Config, ConfigError, Effort, F32, Following, I32, Plan, Record,
+    Scene, Segment, Stamp, Trigger,
 };
 use picket_wire::view;
 use pyo3::prelude::*;
@@ -53,7 +54,7 @@ pub trait Work {
 struct Engined<'a, W>(&'a Native, W);
 
 impl<W: Work> ForRecord for Engined<'_, W> {
-    type Output = Result<W::Output, picket_dsp::ConfigError>;
+    type Output = Result<W::Output, ConfigError>;
 
     fn run<R: Record, const N: usize>(self) -> Self::Output {
         let Self(native, work) = self;
@@ -248,11 +249,12 @@ impl Native {
         Ok((found.background.into_iter().map(|it| [it.re, it.im]).collect(), found.share))
     }
 
-    /// Checks the terms of frames. Returns the distance between aliases of a velocity, m/s.
-    fn framing(&self, framing: FramingTerms) -> PyResult<f32> {
+    /// Checks the terms of frames. Returns the distance between aliases of a velocity, m/s, and how many bins are kept.
+    fn framing(&self, framing: FramingTerms) -> PyResult<(f32, usize)> {
         let framing = self::framing(&framing)?;
         let work = Frames { native: self, words: &[], framing: &framing, wanted: Wanted::Plan };
-        Ok(self.usual(work)?.alias_mps)
+        let Found { alias_mps, bins, .. } = self.usual(work)?;
+        Ok((alias_mps, bins))
     }
 
     /// What the phases of blocks tell: names of the columns, and rows.
@@ -314,10 +316,31 @@ impl Native {
     /// Does work that knows its engine.
     fn usual<T, W>(&self, work: W) -> PyResult<T>
     where
-        W: ForRecord<Output = Result<T, picket_dsp::ConfigError>>,
+        W: ForRecord<Output = Result<T, ConfigError>>,
     {
         let done = for_record(self.iq, self.n, work);
-        done.ok_or_else(|| wrong(terms::length(self.n)))?.map_err(wrong)
+        done.ok_or_else(|| wrong(terms::length(self.n)))?.map_err(|error| self.refused(error))
+    }
+
+    /// An error with the arguments that it is about.
+    fn refused(&self, error: ConfigError) -> PyErr {
+        let Config { rate_hz, band_hz, false_alarm, carrier, following, scene, .. } = &self.config;
+        let given = match (error, band_hz, scene) {
+            (ConfigError::Rate | ConfigError::Scale, ..) => format!("rate_hz={rate_hz}"),
+            (ConfigError::Band, Some((low, high)), _) => format!("band_hz=({low}, {high})"),
+            (ConfigError::FalseAlarm, ..) => format!("false_alarm={false_alarm}"),
+            (ConfigError::Following, ..) => format!("rate_bins={}", following.rate_bins),
+            (ConfigError::Carrier, ..) => {
+                let Carrier { linewidth_hz, envelope_hz } = carrier;
+                format!("linewidth_hz={linewidth_hz}, envelope_hz={envelope_hz}")
+            }
+            (ConfigError::Ramp, _, Scene::Chirp(Chirp { duration_s, guard_s, .. })) => {
+                let record = self.n as f64 / rate_hz;
+                format!("duration_s={duration_s}, guard_s={guard_s}, a record of {record} s")
+            }
+            _ => return wrong(error),
+        };
+        wrong(format!("{given}: {error}"))
     }
 
     /// The stamps of blocks that begin this many samples apart.

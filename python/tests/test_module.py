@@ -1,7 +1,11 @@
 """What the module promises. The answers themselves are the library's, and tested with it."""
 
+import copy
+import doctest
 import json
 import pathlib
+import pickle
+import re
 import threading
 import time
 
@@ -125,10 +129,23 @@ def test_verdicts_are_told():
         ({"false_alarm": 2.0}, None, "false-alarm probability"),
         ({"linewidth_hz": -1.0}, None, "linewidth and envelope"),
         ({"scene": "radar"}, None, "Doppler or a Chirp"),
-        ({"scene": Doppler(wavelength_m=-1)}, None, "wavelength"),
-        ({"scene": Doppler(wavelength_m=1, mixing="iq")}, None, "tx-conj-rx or rx-conj-tx"),
-        ({"scene": Chirp(bandwidth_hz=1e8, duration_s=1e-6, carrier_hz=24e9)}, None, "ramp must last"),
-        ({"scene": Chirp(bandwidth_hz=1e8, duration_s=1, carrier_hz=24e9, shape="saw")}, None, "sawtooth"),
+        ({"scene": Chirp(bandwidth_hz=1e8, duration_s=1e-6, carrier_hz=24e9)}, None, "duration_s=.*ramp must last"),
+        ({"n": -4}, None, "n=-4: a block has 64"),
+        ({"n": "1024"}, None, "n='1024'"),
+        ({"rate_hz": "48k"}, None, "rate_hz='48k'"),
+        ({"rate_hz": -1}, None, "rate_hz=-1: "),
+        ({"codes": 12.7}, None, "codes=12.7"),
+        ({"codes": (1, 2, 3)}, None, r"codes=\(1, 2, 3\): give \(low, high\)"),
+        ({"codes": None}, None, "codes=None"),
+        ({"band_hz": 5}, None, r"band_hz=5: give \(low, high\)"),
+        ({"band_hz": (9, 3)}, None, r"band_hz=\(9, 3\)"),
+        ({"iq": "no"}, None, "iq='no'"),
+        ({"engine": 32}, None, "engine=32"),
+        ({"effort": 3}, None, "effort=3"),
+        ({"false_alarm": "x"}, None, "false_alarm='x'"),
+        ({"linewidth_hz": None}, None, "linewidth_hz=None"),
+        ({"scene": Doppler}, None, "scene=.*give a Doppler"),
+        ({}, [], "0 samples are fewer"),
         ({}, np.zeros(100, np.int16), "100 samples are fewer"),
         ({}, np.zeros((4, 100), np.int16), "a row has 100 samples"),
         ({}, np.zeros((2, 2, 1024), np.int16), "one array"),
@@ -150,13 +167,52 @@ def test_errors_are_values_with_a_cure(options, samples, words):
     assert "\n" not in str(error.value)
 
 
+RAMPS = dict(bandwidth_hz=1e8, duration_s=1e-3, carrier_hz=24e9)
+
+
+@pytest.mark.parametrize(
+    "make, options, words",
+    [
+        (Doppler, {}, "carrier_hz=None: give one of them"),
+        (Doppler, {"carrier_hz": 24e9, "wavelength_m": 1e-6}, "give one of them"),
+        (Doppler, {"carrier_hz": -1}, "carrier_hz=-1: .*above 0"),
+        (Doppler, {"carrier_hz": "24e9"}, "carrier_hz='24e9'"),
+        (Doppler, {"carrier_hz": float("nan")}, "carrier_hz=nan"),
+        (Doppler, {"wavelength_m": -1}, "wavelength_m=-1"),
+        (Doppler, {"wavelength_m": 24.125e9}, "or carrier_hz"),
+        (Doppler, {"wavelength_m": 1, "mixing": "iq"}, "mixing='iq': choose rx-conj-tx or tx-conj-rx"),
+        (Doppler, {"wavelength_m": 1, "angle_rad": 2}, "angle_rad=2"),
+        (Chirp, {**RAMPS, "bandwidth_hz": "sawtooth"}, "bandwidth_hz='sawtooth'"),
+        (Chirp, {**RAMPS, "bandwidth_hz": 0}, "bandwidth_hz=0"),
+        (Chirp, {**RAMPS, "duration_s": float("inf")}, "duration_s=inf"),
+        (Chirp, {**RAMPS, "guard_s": 1}, "guard_s=1: .*less than duration_s"),
+        (Chirp, {**RAMPS, "sweep_curvature": 5}, "sweep_curvature=5"),
+        (Chirp, {**RAMPS, "shape": "saw"}, "shape='saw': choose trapezoid, triangle or sawtooth"),
+        (Chirp, {**RAMPS, "shape": None}, "shape=None"),
+        (Chirp, {**RAMPS, "range_m": 5}, r"range_m=5: give \(low, high\)"),
+        (Chirp, {**RAMPS, "velocity_mps": (8, -8)}, "velocity_mps=.*low one first"),
+        (picket_dsp.Uncertainty, {"clock_ppm": "a"}, "clock_ppm='a'"),
+        (picket_dsp.Calibration, {"sigma_phase_rad": -1}, "sigma_phase_rad=-1"),
+    ],
+)
+def test_what_is_written_is_checked_there(make, options, words):
+    with pytest.raises(ValueError, match=words) as error:
+        make(**options)
+    assert "\n" not in str(error.value)
+
+
 def test_other_errors():
     for call in [
-        lambda: Doppler()._terms(),
         lambda: Pipeline(rate_hz=48e3).lines(np.zeros(2048, np.int16)),
         lambda: Pipeline(rate_hz=48e3).lines(np.zeros(1024, np.int16), 9),
         lambda: Pipeline(rate_hz=48e3).blocks(np.zeros(4096, np.int16), hop=0),
         lambda: Pipeline(rate_hz=48e3).blocks(np.zeros((4, 1024), np.int16), hop=4),
+        lambda: Pipeline(rate_hz=48e3).blocks(np.zeros(4096, np.int16), hop=2.5),
+        lambda: Pipeline(rate_hz=48e3).blocks(np.zeros(4096, np.int16), threads=0),
+        lambda: Pipeline(rate_hz=48e3).blocks(np.zeros(4096, np.int16), missing=np.zeros(4096, bool)),
+        lambda: Tracker(rate_hz=48e3, rate_bins="fast"),
+        lambda: picket_dsp.simulate(Doppler(carrier_hz=1e9), (20.0, 3.0, 900.0)),
+        lambda: picket_dsp.simulate(Doppler(carrier_hz=1e9), [(20.0, 3.0, 900.0)], seed=-1),
         lambda: Tracker(rate_hz=48e3, most=5),
         lambda: picket_dsp.read_telemetry(b"nothing"),
         lambda: picket_dsp.simulate(None, [(1, 1, 1)]),
@@ -416,9 +472,56 @@ def test_other_threads_run_meanwhile():
 
 
 def test_pandas_takes_it():
-    pandas = pytest.importorskip("pandas")
-    table = pandas.DataFrame(Pipeline(rate_hz=48e3).blocks(tone()))
-    assert table["usable"].all() and table["frequency_hz"].mean() == pytest.approx(1000.3, abs=0.1)
+    answers = Pipeline(rate_hz=48e3).blocks(tone())
+    try:
+        import pandas
+    except ImportError:
+        with pytest.raises(ImportError, match="pip install pandas"):
+            answers.to_pandas()
+        return
+    for table in [pandas.DataFrame(answers), answers.to_pandas(), answers[answers["usable"]].to_pandas()]:
+        assert table["usable"].all() and table["frequency_hz"].mean() == pytest.approx(1000.3, abs=0.1)
+        assert tuple(table.columns) == answers.dtype.names
+
+
+def test_answers_are_printed_as_a_table():
+    answers = Pipeline(rate_hz=48e3).blocks(tone())
+    header, line = repr(answers[7]).splitlines()
+    assert header.split()[:3] == ["block", "time_s", "frequency_hz"] and not {"phase", "gap", "sigma_hz"} & set(header.split())
+    value, sigma = re.search(r"(\S+) ± (\S+)", line).groups()
+    last = 10.0 ** -len(value.split(".")[1])
+    assert abs(float(value) - answers[7]["frequency_hz"]) <= 0.51 * last and abs(float(sigma) - answers[7]["sigma_hz"]) <= 0.51 * last
+    assert 1e1 <= round(float(sigma) / last) <= 1e2
+    assert line.endswith("good") and str(answers[7]) == repr(answers[7])
+    lines = str(answers).splitlines()
+    assert len(lines) < 16 and lines[0].split() == header.split() and lines[-2].split()[0] == "45" and "46" in lines[-1]
+    # What went wrong is told, and what a user chose is shown.
+    gap = str(Pipeline(rate_hz=48e3).blocks(tone(), missing=[9], phase=True)[:2])
+    assert "gap" in gap.splitlines()[0] and "phase" in gap.splitlines()[0]
+    weak = str(Pipeline(rate_hz=48e3).blocks(np.round(np.random.default_rng(3).normal(0, 9, 1024))))
+    assert "usable" in weak and "False" in weak
+    assert str(answers[["gap", "usable", "reason", "phase"]][:1]).split()[:4] == ["gap", "usable", "reason", "phase"]
+    assert str(answers[:0]).startswith("block")
+    assert "31" in str(framed().targets(chirps([{"range_m": 18, "amplitude": 60}])))
+
+
+def test_the_modules_example_prints_what_it_says():
+    failed, tried = doctest.testmod(picket_dsp)
+    assert failed == 0 < tried
+
+
+def test_answers_stay_arrays():
+    answers = Pipeline(rate_hz=48e3).blocks(tone())
+    tables = [answers[3:5], answers[answers["usable"]], answers[[1, 2]], np.concatenate([answers, answers]), np.sort(answers, order="sigma_hz")]
+    for table in [*tables, answers[["block", "sigma_hz"]], pickle.loads(pickle.dumps(answers)), copy.deepcopy(answers)]:
+        assert isinstance(table, picket_dsp.Answers) and type(table["sigma_hz"]) is np.ndarray
+        assert [type(row) for row in table] == [type(answers[0])] * len(table) and isinstance(table[0], np.void)
+    assert same(pickle.loads(pickle.dumps(answers)), answers) and same(np.concatenate([answers[:9], answers[9:]]), answers)
+    assert pickle.loads(pickle.dumps(answers[4])).tobytes() == answers[4].tobytes() == np.asarray(answers)[4].tobytes()
+    changed = answers.copy()
+    changed[4]["amplitude"] = 0
+    assert changed["amplitude"][4] == 0
+    assert repr(np.stack([answers, answers])).startswith("array(")
 
 
 def test_types_are_stated():
@@ -523,6 +626,14 @@ def test_ways_and_sequences():
         (lambda: framed(chirps=12), "8, 16, ... 256"),
         (lambda: framed(period_s=1e-6), "period"),
         (lambda: framed(bins=(5, 500)), "band"),
+        (lambda: framed(bins=5), "bins=5"),
+        (lambda: framed(chirps=64.5), "chirps=64.5"),
+        (lambda: framed(uncertainty=5), "uncertainty=5"),
+        (lambda: framed(calibration={}), "calibration={}"),
+        (lambda: framed().targets(np.zeros((64, 256, 2), np.int16), background=[1j]), "background"),
+        (lambda: framed(iq=False).targets(np.zeros((64, 256), complex)), "iq=True"),
+        (lambda: framed().targets(np.zeros((64, 256), np.int16)), "give .chirps, samples"),
+        (lambda: picket_dsp.Sequence(n=256, rate_hz=2.56e6, scene=Chirp(**RADAR), period=10), "period=10"),
         (lambda: framed(false_alarm=2.0), "false-alarm"),
         (lambda: framed(uncertainty=picket_dsp.Uncertainty(clock_ppm=-1)), "standard deviation"),
         (lambda: framed().targets(np.zeros((60, 256, 2), np.int16)), "the array has 60 chirps"),

@@ -30,7 +30,7 @@ const FEATURES: &[Feature] = &[
         name: "the strongest tone",
         library: "Pipeline::block",
         tool: &["analyze", "watch", "demo"],
-        python: &["Pipeline", "analyze", "Doppler", "Chirp"],
+        python: &["Pipeline", "analyze", "Doppler", "Chirp", "Answers"],
         c: &["init_tone", "init", "block", "measure", "size"],
         wire: &["Telemetry", "Settings", "Boot", "Status"],
         page: &["picket_simulate", "picket_read", "picket_hear"],
