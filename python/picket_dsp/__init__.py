@@ -153,7 +153,7 @@ class _Front:
         false_alarm = maybe(number, "false_alarm", false_alarm, "give a probability, 0 to 0.5")
         one_of("engine", engine, ("i32", "f32"))
         one_of("arithmetic", arithmetic, ("float", "fixed"))
-        one_of("effort", effort, ("look", "one", "full"))
+        effort = whole("effort", effort, 0, 3, "give the most rounds, 0 to 3")
 
         def make(low, high):
             return _picket.Native(
