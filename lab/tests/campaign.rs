@@ -62,8 +62,9 @@ fn the_campaign_in_json() {
     assert!(none["right"].as_u64() >= Some(59), "{none}");
     assert!((0.4..1.6).contains(&none["z2_good"].as_f64().unwrap()), "{none}");
     assert!((0.7..1.3).contains(&none["ratio"].as_f64().unwrap()), "{none}");
-    // Its neighbour moves it by many sigma: no method here may say that all is well and be right.
-    assert!(second["ratio"].as_f64().unwrap() > 5.0, "{second}");
+    // Its neighbour looks like a change: no answer says that all is well.
+    assert!(second["ratio"].as_f64().unwrap() > 3.0, "{second}");
+    assert!(second["z2_good"].is_null(), "{second}");
 }
 
 #[test]

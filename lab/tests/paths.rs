@@ -2,6 +2,7 @@
 
 use picket_dsp::acquire::sample::{Iq, Real};
 use picket_dsp::config::Following;
+use picket_dsp::tone::effort::Effort;
 use picket_dsp::{
     Codes, Config, Pipeline, Plan, Reach, Segment, Stamp, Tone, Tracker, Usable, Verdict,
 };
@@ -18,7 +19,12 @@ const SEED: u64 = 21;
 /// A plan that follows this many tones, and searches one block in `refresh` whole.
 fn following<R: Kind>(most: u8, refresh: u8) -> Plan<R, N> {
     let following = Following { most, refresh, ..Following::default() };
-    Config { following, ..Config::new(1.0, CODES) }.plan().unwrap()
+    Config { following, ..config() }.plan().unwrap()
+}
+
+/// By the first look, which all ways have: the joint fit is the block's alone.
+fn config() -> Config {
+    Config { effort: Effort::LOOK, ..Config::new(1.0, CODES) }
 }
 
 fn record<R: Kind>(samples: &[num_complex::Complex<f64>]) -> [R::Sample; N] {
@@ -41,7 +47,7 @@ struct Seen {
 }
 
 fn every_way<R: Kind>(snr_db: f64, seen: &mut Seen) {
-    let plain = Config::new(1.0, CODES).plan::<R, N>().unwrap();
+    let plain = config().plan::<R, N>().unwrap();
     let setup = Setup::new(N, snr_db);
     let all = [Impairment::all(), Impairment::signals()].concat();
     for impairment in all.into_iter().filter(Impairment::fits::<R>) {

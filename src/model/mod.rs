@@ -35,7 +35,7 @@ pub use window::Window;
 use crate::math::scalar::Scalar as _;
 use crate::tone::noise::louder::louder;
 use belief::Belief;
-use constants::{CAUSES, NOTHING_MORE, UNLIKELY};
+use constants::{CAUSES, NOTHING_MORE, ROUNDS, UNLIKELY};
 use envelope::{Envelope, Near};
 use far::place_prior;
 use joint::Joint;
@@ -51,6 +51,17 @@ pub struct Noise {
     pub power: f32,
     /// The estimate's degrees of freedom.
     pub dof: f32,
+}
+
+/// A cause that joined the fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Joined {
+    /// Which one.
+    pub cause: Cause,
+    /// The logarithm of its odds over `nothing more`.
+    pub odds: f32,
+    /// Sigma of the offset before it joined, bins.
+    pub sigma: f32,
 }
 
 /// The model's answer for a tone.
@@ -70,6 +81,8 @@ pub struct Answer {
     pub louder: f32,
     /// The number of times that each cause joined the fit.
     pub kept: Kept,
+    /// The causes that joined, round by round.
+    pub joined: [Option<Joined>; ROUNDS as usize],
     /// The weights of `nothing more`, of each cause, and of lines elsewhere than the best one, in the last round.
     pub weights: [f32; HYPOTHESES],
     /// The tone changes, or another line is so near that it looks like a change.
@@ -93,6 +106,7 @@ pub fn measure(window: &Window, noise: &Noise, offset: f32, most: usize, bends: 
         dof: noise.dof,
         louder: 0.0,
         kept: [0; CAUSES],
+        joined: [None; ROUNDS as usize],
         weights: [0.0; HYPOTHESES],
         moves: false,
         unresolved: false,
@@ -143,6 +157,9 @@ pub fn measure(window: &Window, noise: &Noise, offset: f32, most: usize, bends: 
         };
         if let Some(count) = answer.kept.get_mut(cause as usize) {
             *count += 1;
+        }
+        if let Some(joined) = answer.joined.get_mut(number) {
+            *joined = Some(Joined { cause, odds, sigma: answer.variance.root() });
         }
     }
     // A part of the ring's noise is 1, so a bin of it has 2.

@@ -6,6 +6,7 @@ use crate::instrument::plan::{self, Plan};
 use picket_dsp::config::{Config, ConfigError, Scene};
 use picket_dsp::solve::equations::Chirp;
 use picket_dsp::tone::arithmetic::Arithmetic;
+use picket_dsp::tone::effort::Effort;
 use picket_wire::boot::Causes;
 use picket_wire::settings::{Drive, Settings};
 use picket_wire::settings_error::{RateError, SettingsError};
@@ -179,8 +180,9 @@ impl Words {
         if iq && !Pairs::fits(settings.config.method) {
             return Err(SettingsError::Config(ConfigError::Method));
         }
-        // Floats would take longer than a block: this core has none.
-        let config = Config { arithmetic: Arithmetic::Fixed, ..settings.config };
+        // Floats would take longer than a block: this core has none, and the image no joint fit.
+        let (arithmetic, effort) = (Arithmetic::Fixed, Effort::LOOK);
+        let config = Config { arithmetic, effort, ..settings.config };
         let settings = Settings { core_mhz: CORE_MHZ, slots, config, ..*settings };
         let plan = Plan::new(&settings, rate_of(period * each))?;
         let length = plan.length;
@@ -278,7 +280,6 @@ fn period(rate_hz: f64) -> Result<u32, RateError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use picket_dsp::Effort;
     use picket_dsp::methods::registry::Method;
     use picket_dsp::solve::chirp::Shape;
     use picket_wire::settings_error::WaveformError;

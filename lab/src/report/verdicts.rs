@@ -80,8 +80,9 @@ pub const EXAMPLES: [Example; 10] = [
     Example {
         verdict: "unresolved",
         picture: "trust-unresolved",
-        what: "a second tone 10 dB below, 1.5 bins beside, 30 dB",
-        impair: "second-tone:offset=1.5,level-db=-10",
+        what: "a particle's burst on a pedestal, 30 dB",
+        impair: "burst:deviation=0.1,pedestal=1",
+        shown: (1, 120),
         ..PLAIN
     },
     Example {

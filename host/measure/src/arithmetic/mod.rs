@@ -172,6 +172,7 @@ mod tests {
     use crate::simulate::{Line, Signal, generator};
     use crate::with_kind;
     use picket_dsp::acquire::sample::{Iq, Real};
+    use picket_dsp::tone::effort::Effort;
     use picket_dsp::tone::fit::Reach;
 
     fn answers<R: Kind>(arithmetic: Arithmetic, trial: u64) -> Vec<Estimate> {
@@ -181,7 +182,9 @@ mod tests {
         let third = if arithmetic == Arithmetic::TargetFixed { "rife" } else { "candan" };
         let methods = parse(&format!("{best},z-rife,{third}"), Reach::Sixteen).unwrap();
         let plan = whole::<R>(1024, Codes::signed::<12>()).unwrap();
-        let mut engine = engine::<R>(arithmetic, 1024, plan).unwrap();
+        // A frequency alone is the first look's.
+        let options = Options { effort: Effort::LOOK, ..plan.options };
+        let mut engine = engine::<R>(arithmetic, 1024, Terms { options, ..plan }).unwrap();
         let quick = engine.frequencies(&record, &methods);
         let full = engine.measure(&record, &methods, false);
         assert!(
@@ -233,7 +236,8 @@ mod tests {
         assert_eq!(of(100.3, 1000.0, false, 0.0), [Verdict::Good; 2]);
         assert_eq!(of(1.2, 1000.0, false, 0.0), [Verdict::NearEdge; 2]);
         assert_eq!(of(100.3, 2300.0, false, 0.0), [Verdict::Clipped; 2]);
-        assert_eq!(of(100.3, 1000.0, false, 500.0), [Verdict::Unresolved; 2]);
+        // So near a line looks like a change.
+        assert_eq!(of(100.3, 1000.0, false, 500.0), [Verdict::Moving; 2]);
         assert_eq!(of(100.3, 1000.0, true, 0.0), [Verdict::Gap; 2]);
     }
 

@@ -1,7 +1,7 @@
 //! The causes of a joint fit, as rows of the table: the probability of each, and which joined the fit.
 
 use super::rows::Row;
-use picket_dsp::model::{Answer, Cause};
+use picket_dsp::model::{Answer, Cause, Joined};
 
 /// What a joint fit says: how probable it is that nothing more is there, and each cause, in its last round; then what followed.
 pub fn rows(answer: &Answer) -> Vec<Row> {
@@ -23,12 +23,11 @@ pub fn rows(answer: &Answer) -> Vec<Row> {
         Some(f64::from(*nothing)),
         "-".to_owned(),
     )];
-    for ((cause, weight), kept) in Cause::ALL.into_iter().zip(weights).zip(answer.kept) {
-        let followed = match kept {
-            0 => "-".to_owned(),
-            1 => "joined the fit".to_owned(),
-            count => format!("joined the fit {count} times"),
-        };
+    let joined: Vec<Joined> = answer.joined.into_iter().flatten().collect();
+    for (cause, weight) in Cause::ALL.into_iter().zip(weights) {
+        let rounds = (0..joined.len()).filter(|&round| joined[round].cause == cause);
+        let rounds: Vec<String> = rounds.map(|round| round_of(&joined, round, answer)).collect();
+        let followed = if rounds.is_empty() { "-".to_owned() } else { rounds.join("; ") };
         rows.push(row(cause.name(), about(cause), Some(f64::from(*weight)), followed));
     }
     let followed = match (answer.unresolved, answer.moves) {
@@ -42,6 +41,14 @@ pub fn rows(answer: &Answer) -> Vec<Row> {
         ..row("joint-fit", "result of the joint fit", None, followed.to_owned())
     });
     rows
+}
+
+/// What a round's cause did: its odds over nothing more, and sigma before and after.
+fn round_of(joined: &[Joined], round: usize, answer: &Answer) -> String {
+    let Joined { odds, sigma, .. } = joined[round];
+    let then = joined.get(round + 1).map_or(answer.variance.sqrt(), |next| next.sigma);
+    let powers = odds * std::f32::consts::LOG10_E;
+    format!("joined in round {}: odds 1e{powers:.0}, sigma {sigma:.5} to {then:.5} bins", round + 1)
 }
 
 const fn about(cause: Cause) -> &'static str {
