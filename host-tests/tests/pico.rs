@@ -79,7 +79,7 @@ fn every_record_is_the_hosts_and_none_is_lost() {
     );
     assert_eq!((status.counters.lost(), status.counters.faults(), status.dropped), (0, 0, 0));
     assert!(figures.level <= 2 && figures.overruns == 0, "{figures:?}");
-    assert!(figures.load() <= 0.78, "{figures:?}");
+    assert!(figures.load() <= 0.79, "{figures:?}");
     assert_eq!((figures.core_hz, figures.baud), (144e6, 921_600.0));
 }
 
