@@ -146,7 +146,7 @@ fn people_read_a_table_and_see_a_picture() {
         text.starts_with("block 1: ") && text.contains("moving: The tone's frequency"),
         "{text}"
     );
-    assert!(text.contains("consequence") && text.contains("joined the fit"), "{text}");
+    assert!(text.contains("consequence") && text.contains("joined in round 1"), "{text}");
     let picture = fs::read_to_string(picture).unwrap();
     for series in ["the fitted tone", "what the fit leaves", "noise beside the tone"] {
         assert!(picture.contains(series), "{series}");
