@@ -299,6 +299,18 @@ class Pipeline(_Front):
         table = native.blocks(words, self._hop(hop, rows), bool(phase), threads, _numbers(missing))
         return _tables.blocks(table, self._n, self._rate_hz, self._scene_kind)
 
+    def harmonics(self, samples, order=10, hop=None):
+        """The fundamental of every block's harmonics up to `order`, at most 32, as a structured array with a row for each.
+
+        samples, hop: as for `blocks`.
+
+        Columns: block, time_s (the block's middle), frequency_hz, sigma_hz, snr_db (of all lines together), amplitude (of order 1; 0 if it is
+        not seen), verdict, usable, reason, orders (those seen: bit 0 is the fundamental itself).
+        """
+        words, native, rows = self._words(samples)
+        order = whole("order", order, 1, 32)
+        return _tables.harmonics(native.harmonics(words, self._hop(hop, rows), order), self._n, self._rate_hz)
+
     def lines(self, block, most=4):
         """All tones of one block, at most `most` and 4, the strongest first, each with its phase at sample n/2.
 

@@ -97,6 +97,15 @@ def blocks(rows, n, rate_hz, kind):
     return out
 
 
+def harmonics(rows, n, rate_hz):
+    """The fundamental of every block."""
+    out = table(len(rows), [("block", "i8"), ("time_s", "f8")] + TONE + [("orders", "u4")])
+    out["block"] = np.arange(len(rows))
+    out["time_s"], out["orders"] = (rows[:, 0] + n / 2) / rate_hz, rows[:, 1]
+    _put_tone(out, _parts(rows, 2)[1])
+    return out
+
+
 def lines(rows):
     """All tones of one block, the strongest first."""
     out = table(len(rows), TONE + PHASE)

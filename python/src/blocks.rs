@@ -52,6 +52,35 @@ impl Work for Blocks<'_> {
     }
 }
 
+/// The fundamental of every block's harmonics up to an order.
+pub struct Harmonics<'a> {
+    pub words: &'a [i16],
+    pub hop: usize,
+    pub order: u32,
+}
+
+impl Work for Harmonics<'_> {
+    type Output = Vec<[f64; 2 + tables::TONE]>;
+
+    fn run<R: Record, const N: usize, E: Engine>(
+        self,
+        native: &Native,
+        plan: Plan<R, N>,
+    ) -> Self::Output {
+        let mut rows = Vec::new();
+        let mut pipeline = Box::new(Pipeline::<R, N, E>::new(plan));
+        let blocks = 0..native.count(self.words, self.hop);
+        native.records::<R, N>(self.words, self.hop, blocks, |stamp, samples| {
+            let seen = pipeline.block(&stamp, samples);
+            let found = pipeline.harmonic(&seen, self.order);
+            let (tone, orders) =
+                found.map_or_else(Default::default, |found| (found.tone, found.orders));
+            rows.push(joined([&[stamp.clock as f64, orders.into()], &tables::tone(&tone)]));
+        });
+        rows
+    }
+}
+
 /// All tones of one block.
 pub struct Lines<'a> {
     pub words: &'a [i16],

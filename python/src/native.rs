@@ -1,6 +1,6 @@
 //! A configuration, and the work that is done with it on arrays of words, without Python's lock.
 
-use crate::blocks::{Blocks, Lines};
+use crate::blocks::{Blocks, Harmonics, Lines};
 use crate::bursts::{BurstRow, Bursts};
 use crate::explain::{Explain, Heard};
 use crate::frames::{Found, Frames, Framing, Wanted};
@@ -139,6 +139,18 @@ impl Native {
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let words = words.as_slice().map_err(wrong)?;
         let work = Blocks { words, hop, phase, threads, missing: &missing };
+        table(py, py.detach(|| self.work(work))?)
+    }
+
+    /// The fundamental of every block's harmonics up to an order: the block's first sample, the orders seen, and the tone.
+    fn harmonics<'py>(
+        &self,
+        py: Python<'py>,
+        words: PyReadonlyArray1<'py, i16>,
+        hop: usize,
+        order: u32,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let work = Harmonics { words: words.as_slice().map_err(wrong)?, hop, order };
         table(py, py.detach(|| self.work(work))?)
     }
 

@@ -396,6 +396,20 @@ def test_explain_says_why(engine):
     assert "clipped" in applies["test"]
 
 
+def test_a_fundamental_is_found_by_its_harmonics():
+    n = np.arange(20 * 1024)
+    turns = 2 * np.pi * 441.3 / 48e3 * n
+    samples = np.round(sum(level * np.sin(k * turns + k) for k, level in [(2, 500), (3, 700), (5, 200)]) + np.random.default_rng(6).normal(0, 5, n.size))
+    pipeline = Pipeline(rate_hz=48e3, codes=12, band_hz=(300, 5000))
+    found = pipeline.harmonics(samples, 8)
+    assert len(found) == 20 and (found["orders"] == 0b10110).all() and (found["amplitude"] == 0).all()
+    assert np.abs((found["frequency_hz"] - 441.3) / found["sigma_hz"]).max() < 5
+    silence = pipeline.harmonics(np.zeros(2048), 8)
+    assert (silence["verdict"] == "no-signal").all() and (silence["orders"] == 0).all()
+    with pytest.raises(ValueError, match="order=40"):
+        pipeline.harmonics(samples, 40)
+
+
 def test_more_effort_resolves_more():
     n = np.arange(50 * 1024)
     bins = 1024 / (2 * np.pi)

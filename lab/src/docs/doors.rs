@@ -48,7 +48,7 @@ const FEATURES: &[Feature] = &[
         name: "a fundamental of harmonics",
         library: "Pipeline::harmonic",
         tool: &["analyze --harmonics"],
-        python: &[],
+        python: &["Pipeline.harmonics"],
         c: &[],
         wire: &["Fundamental"],
         page: &[],
@@ -304,14 +304,17 @@ fn tool() -> BTreeSet<String> {
     all
 }
 
-/// What the module exports, and the one method that is a feature of its own.
+/// What the module exports, and the methods that are features of their own.
 fn python() -> Result<BTreeSet<String>, String> {
     let text = read("python/picket_dsp/__init__.py")?;
     let list = text.split_once("__all__ = [").and_then(|it| it.1.split_once(']'));
     let list = list.ok_or("python/picket_dsp/__init__.py has no __all__")?.0;
     let names = list.split(',').map(|name| name.trim().trim_matches('"').to_owned());
     let mut all: BTreeSet<String> = names.filter(|name| !name.is_empty()).collect();
-    all.extend(text.contains("    def lines(").then(|| "Pipeline.lines".to_owned()));
+    for method in ["lines", "harmonics"] {
+        let defined = text.contains(&format!("    def {method}("));
+        all.extend(defined.then(|| format!("Pipeline.{method}")));
+    }
     Ok(all)
 }
 
