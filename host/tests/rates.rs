@@ -117,9 +117,14 @@ fn answering(
     let ended = ends.clone();
     let thread = std::thread::spawn(move || {
         let (mut reader, mut after) = (Reader::default(), Some(after));
-        while !ended.load(Ordering::Relaxed) {
+        loop {
+            let told = ended.load(Ordering::Relaxed);
             let mut bytes = [0; 256];
             let count = port.read(&mut bytes).unwrap_or(0);
+            // What was sent before the end is read.
+            if told && count == 0 {
+                break;
+            }
             for &byte in &bytes[..count] {
                 let Some(Ok(frame)) = reader.push(byte) else { continue };
                 let Ok(request) = Request::from_frame(&frame) else { continue };
