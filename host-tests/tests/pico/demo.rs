@@ -69,5 +69,5 @@ fn a_recorded_car_has_the_speed_that_it_has_elsewhere() {
     }
     println!("{good} good of {} blocks, at most {worst:.2} sigma from sixteen bits", records.len());
     // The car is there for the first seconds alone.
-    assert!(good > 40, "{good}");
+    assert!(good > 35, "{good}");
 }
