@@ -52,6 +52,23 @@ impl Place {
         value: ZERO,
         reach: Reach::Inside,
     };
+
+    /// A line that two directions of its strength, along the tone's and across it, may be; `unit` is the tone's phase, `prior` the logarithm
+    /// of the place's prior.
+    pub fn weighed(
+        ground: &Ground,
+        distance: f32,
+        directions: &[Direction; 2],
+        unit: Complex<f32>,
+        prior: f32,
+        reach: Reach,
+    ) -> Self {
+        let Weighed { belief, best, variance } = ground.weigh(directions, 2.0 * ground.strength);
+        let [re, im] = directions
+            .map(|direction| direction.along * variance / (1.0 + direction.square * variance));
+        let value = unit * Complex::new(re, im);
+        Self { distance, belief: belief.times(prior), best: best + prior, value, reach }
+    }
 }
 
 /// A line on each side of the tone.
@@ -188,16 +205,7 @@ pub fn lines(window: &Window, joint: &Joint, ground: &Ground) -> ([Place; FARS],
             },
             Direction { along: along.im, square, pull: 0.0 },
         ];
-        let Weighed { belief, best, variance } = ground.weigh(&directions, 2.0 * ground.strength);
-        let [re, im] = directions
-            .map(|direction| direction.along * variance / (1.0 + direction.square * variance));
-        Place {
-            distance,
-            belief: belief.times(prior),
-            best: best + prior,
-            value: unit * Complex::new(re, im),
-            reach,
-        }
+        Place::weighed(ground, distance, &directions, unit, prior, reach)
     };
     for (number, (cell, peak)) in places.iter_mut().zip(peaks(&joint.left, joint.free)).enumerate()
     {

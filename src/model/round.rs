@@ -138,7 +138,9 @@ impl Round {
                 places.iter_mut().zip(close.iter().zip(close_gains))
             {
                 if gain > margin {
-                    *place = close_place(&ground, *distance, directions, unit);
+                    let prior = place_prior(INTERVAL, *distance);
+                    *place =
+                        Place::weighed(&ground, *distance, directions, unit, prior, Reach::Close);
                 }
             }
         }
@@ -216,26 +218,6 @@ impl Round {
             }
         }
         Belief::any(&others).times(-unit)
-    }
-}
-
-/// A close line at a distance from a tone of this phase.
-fn close_place(
-    ground: &Ground,
-    distance: f32,
-    directions: &[Direction; 2],
-    unit: Complex<f32>,
-) -> Place {
-    let prior = place_prior(INTERVAL, distance);
-    let Weighed { belief, best, variance } = ground.weigh(directions, 2.0 * ground.strength);
-    let [re, im] = directions
-        .map(|direction| direction.along * variance / (1.0 + direction.square * variance));
-    Place {
-        distance,
-        belief: belief.times(prior),
-        best: best + prior,
-        value: unit * Complex::new(re, im),
-        reach: Reach::Close,
     }
 }
 
