@@ -26,7 +26,7 @@ use picket_host::arithmetic::Arithmetic;
 use picket_host::board::{Board, image};
 use picket_host::device::{Blocks, Said};
 use picket_host::emulator::Footprint;
-use picket_host::{flash, rates, recording, scenario};
+use picket_host::{flash, recording, scenario};
 use picket_lab::bench::worst;
 use picket_simulator::scene;
 use picket_wire::boot::{Boot, Clock, Origin};
@@ -205,9 +205,8 @@ fn instructions_of_a_block() {
     let mut board = Board::start_counted(played()).unwrap();
     boot(&mut board);
     // One tone in some needs more than the first look.
-    let defaults = Settings::default();
-    let config = Config { effort: picket_dsp::Effort::LOOK, ..defaults.config };
-    board.request(Command::SetSettings(Settings { config, ..defaults }, N)).unwrap().unwrap();
+    let settings = Settings { effort: Some(Effort::LOOK), ..Settings::default() };
+    board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
     assert!(boot(&mut board).measuring);
     status(&mut board);
     board.recorded = Some(Vec::new());
@@ -222,8 +221,8 @@ fn instructions_of_a_block() {
     println!("{longest} instructions for a block of {N}");
     assert!(longest > 10_000 && longest < 50_000, "{longest}");
     hold("board, instructions of a block", 1.0, &[longest.into()]);
-    let found = rates::EFFORTS.map(|effort| worst_block::<Real>(effort) as f64);
-    let found_iq = rates::EFFORTS.map(|effort| worst_block::<Iq>(effort) as f64);
+    let found = [0, 1, 2, 3].map(|rounds| worst_block::<Real>(rounds) as f64);
+    let found_iq = [0, 1, 2, 3].map(|rounds| worst_block::<Iq>(rounds) as f64);
     // A long search finds more than a short one: it is printed.
     if std::env::var_os("PICKET_LONG").is_some() {
         return;
@@ -285,12 +284,12 @@ fn instructions_of_a_ramp() {
     hold("board, instructions of a ramp of one target and of four", 1.0, &longest.map(f64::from));
 }
 
-/// The most instructions that a search over signals finds for a block at this effort. `PICKET_LONG=1` makes it a long one.
-fn worst_block<R: Record>(effort: Effort) -> u64 {
+/// The most instructions that a search over signals finds for a block with so many rounds. `PICKET_LONG=1` makes it a long one.
+fn worst_block<R: Record>(rounds: u8) -> u64 {
     let mut board = Board::start_counted(played()).unwrap();
     boot(&mut board);
-    let settings = Settings::default();
-    let settings = Settings { iq: R::IQ, config: Config { effort, ..settings.config }, ..settings };
+    let effort = Effort::from_rounds(rounds);
+    let settings = Settings { iq: R::IQ, effort, ..Settings::default() };
     board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
     assert!(boot(&mut board).measuring);
     let count = |records: &[Vec<R::Sample>]| -> Result<Vec<u64>, Infallible> {
@@ -301,7 +300,7 @@ fn worst_block<R: Record>(effort: Effort) -> u64 {
             board.recorded = Some(Vec::new());
             assert!(board.block(&bytes(&codes)).unwrap());
             let record = next_record(&mut board);
-            assert_eq!(record.basis.unwrap().effort, effort.rounds());
+            assert_eq!(record.basis.unwrap().effort, rounds);
             several::longest_block(&mut board).into()
         });
         Ok(counts.collect())
@@ -309,7 +308,7 @@ fn worst_block<R: Record>(effort: Effort) -> u64 {
     let generations = if std::env::var_os("PICKET_LONG").is_some() { 60 } else { 8 };
     let Ok(found) = worst::breed::<R, _>(N, worst::SEED, generations, count);
     let found = found.into_iter().flatten().max_by_key(|worst| worst.instructions).unwrap();
-    println!("{}: {} instructions by {}", effort.name(), found.instructions, found.signal);
+    println!("{rounds}: {} instructions by {}", found.instructions, found.signal);
     found.instructions
 }
 
@@ -614,7 +613,7 @@ fn captured_blocks_are_the_samples_and_are_measured_alike() {
         captured.extend(raw);
         measured.push(record.measurement.tone.frequency.bins(N));
     }
-    // `cargo picket analyze` on the capture gives the board's frequencies, bit for bit.
+    // At this rate the board takes no round. `cargo picket analyze` on the capture gives the board's frequencies, bit for bit.
     let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("captured.i16");
     std::fs::write(&file, &captured).unwrap();
     let read = recording::Options {
@@ -622,8 +621,12 @@ fn captured_blocks_are_the_samples_and_are_measured_alike() {
         rate_hz: Some(500e3),
         ..Default::default()
     };
-    let analysis =
-        Analysis { read, n: Some(N), ..Analysis::new(Codes::unsigned::<12>(), Arithmetic::Target) };
+    let analysis = Analysis {
+        read,
+        n: Some(N),
+        effort: Effort::LOOK,
+        ..Analysis::new(Codes::unsigned::<12>(), Arithmetic::Target)
+    };
     let mut replayed = Vec::new();
     analyze::run(&file, &analysis, |answer| replayed.push(answer.bins.unwrap()), |_| {}).unwrap();
     assert_eq!(replayed, measured);

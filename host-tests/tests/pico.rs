@@ -22,7 +22,6 @@ mod usb;
 
 use host_tests::figures::hold;
 use host_tests::sized;
-use picket_dsp::Config;
 use picket_firmware::pico::N;
 use picket_host::pico::bench::Pico;
 use picket_host::rates;
@@ -143,7 +142,8 @@ fn tones_that_move_beside_a_drift_hold_a_slower_rate() {
         let samples = stream(61, Some((1, Hard::Drifting)), 23);
         pico.power().unwrap();
         let mut slow = settings();
-        slow.config = Config { rate_hz, effort, ..slow.config };
+        slow.config.rate_hz = rate_hz;
+        slow.effort = Some(effort);
         slow.worst_case = true;
         scene::set_plan(&mut pico, slow, |pico| pico.samples(&samples).unwrap());
         scene::measure(&mut pico, blocks);

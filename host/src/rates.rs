@@ -6,9 +6,6 @@ use picket_firmware::nucleo_f446re::words::sampling;
 use picket_firmware::{nucleo_f446re, pico};
 use std::fmt;
 
-/// The efforts whose worst blocks are known.
-pub const EFFORTS: [Effort; 2] = [Effort::LOOK, Effort::TWO];
-
 /// The highest rates of one kind of record, of those that the board's timers make.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rates {
@@ -25,8 +22,8 @@ pub fn nucleo() -> [Rates; 2] {
     let tree = Tree::new(Speed::Mhz180, Source::HsePll);
     let fastest = |cycles| sampling::fastest(&tree, nucleo_f446re::N as u32, cycles);
     let [real, iq] = sampling::BLOCK_CYCLES.map(fastest);
-    let [always, always_iq] =
-        sampling::WORST_CYCLES.map(|cycles| EFFORTS.into_iter().zip(cycles.map(fastest)).collect());
+    let [always, always_iq] = sampling::WORST_CYCLES
+        .map(|cycles| Effort::ALL.iter().copied().zip(cycles.map(fastest)).collect());
     [
         Rates { kind: "real", usual_hz: real, always_hz: always },
         Rates { kind: "I/Q", usual_hz: iq, always_hz: always_iq },

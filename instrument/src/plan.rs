@@ -68,44 +68,72 @@ impl<const N: usize> Plan<N> {
         Basis { settings, clock, effort: self.plan.options.effort.available().rounds() }
     }
 
-    /// Checks settings for a board that can neither make a chirp nor follow one, and whose worst block is not known.
+    /// Checks settings for a board that can neither make a chirp nor follow one, and whose worst block is not known: where the settings leave
+    /// the effort to it, it takes no round.
     ///
     /// # Errors
     /// The errors of [`Plan::new`], and settings with a drive, or with a rate that must hold for the worst block.
     pub fn undriven(settings: &Settings, rate_hz: f64) -> Result<Self, SettingsError> {
         match settings.drive {
+            Drive::Off if settings.worst_case => Err(SettingsError::Rate(RateError::Unsearched)),
             Drive::Off => {
-                check_worst(settings, 0, None, 0).and_then(|()| Self::new(settings, rate_hz))
+                let effort = settings.effort.unwrap_or(Effort::LOOK);
+                let config = Config { effort, ..settings.config };
+                Self::new(&Settings { config, ..*settings }, rate_hz)
             }
             _ => Err(SettingsError::Drive),
         }
     }
 }
 
-/// Checks that a block of `cycles` holds the worst block that is known, where the settings want that. `worst` has the cycles of that block
-/// with 0 rounds and with 2, `None` where it is not known; `target` has the cycles for the target of a sawtooth. The
-/// searches know one tone of a block, by least squares. The lines that a triangle and a trapezoid look for beside it are not searched.
-///
-/// # Errors
-/// The worst block is longer, or unknown.
-pub fn check_worst(
-    settings: &Settings,
-    cycles: u64,
-    worst: Option<[u64; 2]>,
-    target: u64,
-) -> Result<(), SettingsError> {
-    let Config { following, method, effort, scene, .. } = settings.config;
-    let usual = matches!(method, Method::LeastSquares | Method::LeastSquaresReal);
-    let alone = settings.mode == Mode::Blocks && settings.further() + settings.order() == 0;
-    let alone = alone && settings.segments() == 1;
-    let most = match (worst, effort) {
-        _ if !settings.worst_case => return Ok(()),
-        (Some([look, _]), Effort::LOOK) if usual && alone && following.most == 0 => look,
-        (Some([_, two]), Effort::ONE | Effort::TWO) if usual && alone && following.most == 0 => two,
-        _ => return Err(SettingsError::Rate(RateError::Unsearched)),
-    };
-    let target = if matches!(scene, Scene::Chirp(_)) { target } else { 0 };
-    if cycles < most + target { Err(SettingsError::Rate(RateError::Worst)) } else { Ok(()) }
+/// What a board knows of the time that a block takes, in cycles of its core.
+#[derive(Clone, Copy, Debug)]
+pub struct Load {
+    /// What a block lasts.
+    pub block: u64,
+    /// What a usual block of these settings takes, whatever it is used for.
+    pub usual: u64,
+    /// What the worst known block takes with 0, 1, 2 and 3 rounds, all of which the image must have; `None` if there was no search.
+    pub worst: Option<[u64; 4]>,
+    /// What the target of a sawtooth takes.
+    pub target: u64,
+}
+
+impl Load {
+    /// The effort for these settings: theirs, or the most rounds whose worst block lasts no longer than a block does. The searches know one
+    /// tone of a block, by least squares; otherwise the rounds of each tone are added to what a usual block takes.
+    ///
+    /// # Errors
+    /// The rate must hold for the worst block, and that block is longer, or unknown. The lines that a triangle and a trapezoid look for
+    /// beside a tone are not searched.
+    pub fn effort(&self, settings: &Settings) -> Result<Effort, SettingsError> {
+        let Config { following, method, scene, .. } = settings.config;
+        let usual = matches!(method, Method::LeastSquares | Method::LeastSquaresReal);
+        let tones = u64::from(settings.further()) + 1 + u64::from(following.most);
+        let searched = usual
+            && settings.mode == Mode::Blocks
+            && settings.order() == 0
+            && tones == 1
+            && settings.segments() == 1;
+        let target = if matches!(scene, Scene::Chirp(_)) { self.target } else { 0 };
+        let holds = |effort: Effort| {
+            self.worst.is_some_and(|worst| {
+                let most = worst.get(usize::from(effort.rounds())).copied().unwrap_or(u64::MAX);
+                let rounds = most.saturating_sub(worst[0]).saturating_mul(tones);
+                let all = if searched { most } else { self.usual.saturating_add(rounds) };
+                all.saturating_add(target) <= self.block
+            })
+        };
+        let most = || Effort::ALL.iter().rev().copied().find(|&effort| holds(effort));
+        let effort = settings.effort.or_else(most).unwrap_or(Effort::LOOK);
+        match settings.worst_case {
+            true if !searched || self.worst.is_none() => {
+                Err(SettingsError::Rate(RateError::Unsearched))
+            }
+            true if !holds(effort) => Err(SettingsError::Rate(RateError::Worst)),
+            _ => Ok(effort),
+        }
+    }
 }
 
 /// Whether the mode is compatible with the other settings: sums and bursts have one tone, and no tracks, and further tones and a fundamental

@@ -95,6 +95,7 @@ prop_compose! {
         counts in any::<[u32; 2]>(),
         ratio in proptest::option::of(1.05..100f32),
         bits in any::<[bool; 4]>(),
+        effort in proptest::option::of(select(Effort::ALL)),
         tones in (1..=4u8, prop_oneof![Just(0), 2..=15u8]),
     ) -> Settings {
         let [core_mhz, guard, report_every, slots, low, high] = words;
@@ -123,6 +124,7 @@ prop_compose! {
             start,
             uncorrected,
             worst_case,
+            effort,
             calibration: Calibration {
                 clock_ppm: ppm as f32,
                 range_offset_m: offset as f32,

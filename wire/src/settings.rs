@@ -159,6 +159,9 @@ pub struct Settings {
     /// Whether the rate must hold for the worst block that a search over signals found: the board refuses a rate at which that block
     /// takes longer than it lasts. Otherwise the rate must hold for usual blocks.
     pub worst_case: bool,
+    /// The most rounds of the joint fit; `None` for the most whose worst known block lasts no longer than a block does. A board puts what it
+    /// takes into `config.effort`, which it does not read.
+    pub effort: Option<Effort>,
     /// Corrections of rate and range.
     pub calibration: Calibration,
 }
@@ -169,7 +172,7 @@ impl Default for Settings {
         Self {
             core_mhz: 0,
             iq: false,
-            config: Config { effort: Effort::TWO, ..Config::new(500e3, Codes::unsigned::<12>()) },
+            config: Config::new(500e3, Codes::unsigned::<12>()),
             guard: 0,
             drive: Drive::Off,
             mode: Mode::Blocks,
@@ -180,6 +183,7 @@ impl Default for Settings {
             start: true,
             uncorrected: false,
             worst_case: false,
+            effort: None,
             calibration: Calibration::default(),
         }
     }
@@ -214,6 +218,8 @@ layout! {
         uncorrected: bool,
         /// The rate must hold for the worst block.
         worst_case: bool,
+        /// The most rounds of the joint fit; without it the most whose worst known block lasts no longer than a block does.
+        effort: Option<Effort>,
         /// Corrections of rate and range.
         calibration: Calibration,
     }
@@ -368,6 +374,7 @@ mod tests {
             },
             Settings { uncorrected: true, ..Settings::default() },
             Settings { worst_case: true, ..Settings::default() },
+            Settings { effort: Some(Effort::ONE), ..Settings::default() },
             Settings { iq: true, start: false, calibration, ..chirp(Shape::Triangle, head) },
             Settings { report_every: 999, slots: 7, ..chirp(Shape::Sawtooth, Drive::External) },
         ] {

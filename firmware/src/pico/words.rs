@@ -2,7 +2,7 @@
 
 use super::waveform::{Count, Waveform};
 use super::{N, Pairs, SLOTS, USUAL_SLOTS};
-use crate::instrument::plan::{self, Plan};
+use crate::instrument::plan::{Load, Plan};
 use picket_dsp::config::{Config, ConfigError, Scene};
 use picket_dsp::solve::equations::Chirp;
 use picket_dsp::tone::arithmetic::Arithmetic;
@@ -183,12 +183,14 @@ impl Words {
         // Floats would take longer than a block: this core has none, and the image no joint fit.
         let (arithmetic, effort) = (Arithmetic::Fixed, Effort::LOOK);
         let config = Config { arithmetic, effort, ..settings.config };
-        let settings = Settings { core_mhz: CORE_MHZ, slots, config, ..*settings };
+        let rounds = settings.effort.map(|_| effort);
+        let settings = Settings { core_mhz: CORE_MHZ, slots, config, effort: rounds, ..*settings };
         let plan = Plan::new(&settings, rate_of(period * each))?;
         let length = plan.length;
         let adc = u64::from(period).saturating_mul((length * each).into());
         let cycles = adc.saturating_mul(CORE_CYCLES.into());
-        plan::check_worst(&settings, cycles, (!iq).then_some([WORST_CYCLES; 2]), TARGET_CYCLES)?;
+        let worst = (!iq).then_some([WORST_CYCLES; 4]);
+        Load { block: cycles, usual: 0, worst, target: TARGET_CYCLES }.effort(&settings)?;
         let (mut waveform, mut opening) = (None, None);
         match (settings.drive, settings.config.scene) {
             (Drive::Off, _) => {}
@@ -299,8 +301,7 @@ mod tests {
         for effort in [Effort::LOOK, Effort::TWO] {
             let of = |rate_hz: f64| {
                 let settings = at(rate_hz);
-                let config = Config { effort, ..settings.config };
-                Settings { config, worst_case: true, ..settings }
+                Settings { effort: Some(effort), worst_case: true, ..settings }
             };
             let rate_hz = fastest(WORST_CYCLES, false);
             assert!(Words::plan(&of(rate_hz)).is_ok(), "{effort:?}");

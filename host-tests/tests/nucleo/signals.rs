@@ -93,7 +93,7 @@ fn sums<R: Record>() {
     let longest = longest_block(&mut board);
     // A sum that is never complete: what a block takes alone, by the first look.
     let mut settings = doppler(Mode::Accumulate { blocks: 1000, drift_bins: 0.0 }, R::IQ);
-    settings.config.effort = picket_dsp::Effort::LOOK;
+    settings.effort = Some(picket_dsp::Effort::LOOK);
     let mut board = begun(&settings);
     for number in 0..6 {
         assert!(board.block(&delivered::<R>(&weak::<R>(bin, number))).unwrap());

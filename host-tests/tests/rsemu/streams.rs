@@ -121,8 +121,7 @@ fn tones_that_move_beside_a_drift_hold_a_slower_rate() {
     let codes = moving(61);
     for (effort, rate_hz) in real.always_hz {
         let settings = tone(rate_hz);
-        let config = Config { effort, ..settings.config };
-        let settings = Settings { config, worst_case: true, ..settings };
+        let settings = Settings { effort: Some(effort), worst_case: true, ..settings };
         let status = stream(&settings, &codes, blocks, FAST);
         assert_eq!((status.counters.lost(), status.counters.faults()), (0, 0), "{status:?}");
         // A block takes longer than it lasts where usual ones hold.

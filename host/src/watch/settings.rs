@@ -28,7 +28,7 @@ struct Fields {
     velocity_mps: Option<(f64, f64)>,
     method: String,
     reach: u8,
-    effort: u8,
+    effort: Rounds,
     false_alarm: f64,
     scene: Scenes,
     most: u8,
@@ -46,6 +46,20 @@ struct Fields {
     clock_ppm: f32,
     range_offset_m: f32,
     range_slope: f32,
+}
+
+/// The most rounds of the joint fit, or the board's own choice.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", untagged)]
+enum Rounds {
+    Most(u8),
+    Board(Auto),
+}
+
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Auto {
+    Auto,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -126,7 +140,10 @@ impl Fields {
             velocity_mps: config.velocity_mps,
             method: config.method.name().into(),
             reach: config.reach.bins() as u8,
-            effort: config.effort.rounds(),
+            effort: match settings.effort {
+                Some(effort) => Rounds::Most(effort.rounds()),
+                None => Rounds::Board(Auto::Auto),
+            },
             false_alarm: config.false_alarm,
             scene: match config.scene {
                 Scene::Doppler { wavelength_m, angle_rad, mixing } => {
@@ -213,8 +230,11 @@ impl Fields {
                 })
             }
         };
-        let Some(effort) = Effort::from_rounds(self.effort) else {
-            return Err(format!("effort is a number of rounds from 0 to 3, not {}", self.effort));
+        let effort = match self.effort {
+            Rounds::Board(Auto::Auto) => None,
+            Rounds::Most(rounds) => Some(Effort::from_rounds(rounds).ok_or_else(|| {
+                format!("effort is a number of rounds from 0 to 3, or \"auto\", not {rounds}")
+            })?),
         };
         let drive = match self.drive {
             Drives::Off => Drive::Off,
@@ -234,7 +254,6 @@ impl Fields {
             reach,
             false_alarm: self.false_alarm,
             scene,
-            effort,
             following: self.follow,
             carrier: self.carrier,
             ..Config::new(1.0, Codes::signed::<12>())
@@ -263,6 +282,7 @@ impl Fields {
             start: self.start,
             uncorrected: self.uncorrected,
             worst_case: self.worst_case,
+            effort,
             calibration,
         };
         Ok((settings, self.n))
@@ -324,6 +344,7 @@ mod tests {
             },
             Settings { uncorrected: true, ..Settings::default() },
             Settings { worst_case: true, ..Settings::default() },
+            Settings { effort: Some(Effort::TWO), ..Settings::default() },
             Settings {
                 mode: Mode::Accumulate { blocks: 100, drift_bins: -0.5 },
                 ..Settings::default()

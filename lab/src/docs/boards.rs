@@ -3,6 +3,7 @@
 use super::Table;
 use super::figures::{self, head, measured, row, whole};
 use crate::rates::{self, Rates};
+use picket_dsp::Effort;
 
 const BOARD: &str = "docs/board.md";
 const PICO: &str = "docs/pico.md";
@@ -50,13 +51,14 @@ fn images(_: &Table) -> Lines {
 
 fn blocks(_: &Table) -> Lines {
     let [usual] = measured("board, instructions of a block")?;
-    let [look, two, iq_look, iq_two] =
+    let worst: [f64; 8] =
         measured("board, instructions of the worst block that a short search finds")?;
+    let (real, iq) = worst.split_at(4);
     let mut lines = head("| a block of 1024, instructions of this image | real | I/Q |");
     lines.push(row(["a tone".to_owned(), whole(usual), String::new()]));
-    for (effort, real, iq) in [("0", look, iq_look), ("2", two, iq_two)] {
-        let name = format!("the worst that a short search found, at effort {effort}");
-        lines.push(row([name, whole(real), whole(iq)]));
+    for (effort, (real, iq)) in Effort::ALL.iter().zip(real.iter().zip(iq)) {
+        let name = format!("the worst that a short search found, at effort {}", effort.name());
+        lines.push(row([name, whole(*real), whole(*iq)]));
     }
     Ok(lines)
 }
@@ -68,9 +70,8 @@ fn kilohertz(hertz: f64) -> String {
 
 fn rates_of(all: &[Rates]) -> Lines {
     let efforts = all.first().map_or(&[][..], |rates| &rates.always_hz);
-    let columns = efforts
-        .iter()
-        .map(|(effort, _)| format!("whatever the signal is, effort {} |", effort.name()));
+    let columns =
+        efforts.iter().map(|(effort, _)| format!("any signal, effort {} |", effort.name()));
     let columns: Vec<String> = columns.collect();
     let mut lines =
         head(&format!("| the highest rate, kS/s | usual blocks | {}", columns.join(" ")));

@@ -17,7 +17,7 @@ pub mod waveform;
 
 use super::{SLOTS, USUAL_SLOTS};
 use crate::instrument::adf4159::{self, Ramps};
-use crate::instrument::plan::{self, Plan};
+use crate::instrument::plan::{Load, Plan};
 use clock::{Speed, Tree};
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::solve::equations::Chirp;
@@ -100,21 +100,25 @@ impl Words {
         if !(USUAL_SLOTS..=SLOTS as u16).contains(&slots) {
             return Err(SettingsError::Slots);
         }
-        // The image has the arithmetic of its core alone.
-        let config = Config { arithmetic: Arithmetic::Float, ..settings.config };
-        let settings = Settings { core_mhz: speed.mhz(), slots, config, ..*settings };
-        let plan = Plan::new(&settings, sampling.rate_hz)?;
-        let ticks = u64::from(plan.length) * u64::from(sampling.period.ticks());
-        // A tracker rarely searches a whole block. The slow clock is a way out of a failure.
-        let searches = settings.config.following.most == 0 && tree.pll.is_some();
+        let samples = N as u32 + u32::from(settings.guard);
+        let ticks = u64::from(samples) * u64::from(sampling.period.ticks());
         let cycles = ticks.saturating_mul((tree.core_hz / tree.timer_hz.max(1)).into());
-        if searches && settings.start && cycles < least_cycles(&settings, slots) {
-            return Err(SettingsError::Rate(RateError::Load));
-        }
+        let usual = least_cycles(settings, slots);
         let [real, iq] = WORST_CYCLES;
         let worst = Some(if settings.iq { iq } else { real });
-        let cycles = if tree.pll.is_some() { cycles } else { u64::MAX };
-        plan::check_worst(&settings, cycles, worst, TARGET_CYCLES)?;
+        let load = Load { block: cycles, usual, worst, target: TARGET_CYCLES };
+        // The slow clock is a way out of a failure: no rate is refused.
+        let worst_case = settings.worst_case && tree.pll.is_some();
+        let effort = load.effort(&Settings { worst_case, ..*settings })?;
+        // The image has the arithmetic of its core alone.
+        let config = Config { arithmetic: Arithmetic::Float, effort, ..settings.config };
+        let settings = Settings { core_mhz: speed.mhz(), slots, config, ..*settings };
+        let plan = Plan::new(&settings, sampling.rate_hz)?;
+        // A tracker rarely searches a whole block.
+        let searches = settings.config.following.most == 0 && tree.pll.is_some();
+        if searches && settings.start && cycles < usual {
+            return Err(SettingsError::Rate(RateError::Load));
+        }
         let block_ticks = (settings.drive != Drive::External).then_some(ticks);
         let mut words = Words { sampling, waveform: None, synthesiser: None, block_ticks };
         if let Scene::Chirp(Chirp { shape, bandwidth_hz, duration_s, .. }) =
@@ -262,12 +266,13 @@ mod tests {
     fn a_rate_that_does_not_hold_for_the_worst_block_is_refused() {
         let tree = Tree::new(Speed::Mhz180, Source::HsePll);
         let of = |rate_hz: f64, iq, effort| {
-            let config = Config { rate_hz, effort, ..Settings::default().config };
-            Settings { iq, config, worst_case: true, ..Settings::default() }
+            let config = Config { rate_hz, ..Settings::default().config };
+            let effort = Some(effort);
+            Settings { iq, config, worst_case: true, effort, ..Settings::default() }
         };
         let refused = |settings: &Settings| plan(settings).map(|_| ()).unwrap_err();
         for (iq, worst) in [false, true].into_iter().zip(WORST_CYCLES) {
-            for (effort, cycles) in [Effort::LOOK, Effort::TWO].into_iter().zip(worst) {
+            for (&effort, cycles) in Effort::ALL.iter().zip(worst) {
                 let holds = of(sampling::fastest(&tree, 1024, cycles), iq, effort);
                 assert!(plan(&holds).is_ok(), "{iq} {effort:?}");
                 // The next that the timer makes: one cycle of the converter less, or the one at which conversions follow each other.
@@ -294,6 +299,39 @@ mod tests {
                 "{unknown:?}"
             );
         }
+    }
+
+    /// Unless settings say how many rounds, the board takes the most whose worst block lasts no longer than a block.
+    #[test]
+    fn the_board_takes_the_rounds_that_its_rate_allows() {
+        let tree = Tree::new(Speed::Mhz180, Source::HsePll);
+        let slow = Tree::new(Speed::Mhz180, Source::Hsi);
+        let taken = |settings: &Settings, tree: &Tree| {
+            let (plan, _) = Words::plan::<1024>(settings, tree).unwrap();
+            assert_eq!(plan.settings.effort, settings.effort);
+            plan.plan.options.effort.rounds()
+        };
+        let at = |rate_hz: f64| {
+            let config = Config { rate_hz, ..Settings::default().config };
+            Settings { config, ..Settings::default() }
+        };
+        for (iq, worst) in [false, true].into_iter().zip(WORST_CYCLES) {
+            for (&effort, cycles) in Effort::ALL.iter().zip(worst) {
+                let holds = Settings { iq, ..at(sampling::fastest(&tree, 1024, cycles)) };
+                assert_eq!(taken(&holds, &tree), effort.rounds(), "{iq}");
+                let faster = Settings { iq, ..at(1.05 * holds.config.rate_hz) };
+                let fewer = effort.rounds().saturating_sub(1);
+                assert_eq!(taken(&faster, &tree), fewer, "{iq}");
+                let told = Settings { effort: Some(effort), ..faster };
+                assert_eq!(taken(&told, &tree), effort.rounds(), "{iq}");
+            }
+        }
+        assert_eq!(taken(&at(1e3), &tree), 3);
+        assert_eq!(taken(&at(50e3), &slow), 0);
+        // Each tone may take as many rounds.
+        let several = Settings { most: 4, ..at(80e3) };
+        assert!(taken(&several, &tree) < taken(&at(80e3), &tree));
+        assert_eq!(taken(&Settings { most: 4, ..at(10e3) }, &tree), 3);
     }
 
     /// A longer chirp once ran without its gate. 3 segments of 1024 samples in 2^32 ticks of 90 MHz are 64.4 samples a second.
