@@ -146,19 +146,26 @@ fn start() -> (Board, Boot) {
     (board, boot)
 }
 
+/// The settings of an image that was never set, with every round: by its rate alone the board would take none.
+fn with_rounds() -> Settings {
+    Settings { effort: Some(Effort::THREE), ..Settings::default() }
+}
+
 #[test]
 fn thousands_of_blocks_and_every_record_right() {
     println!("seed {SEED}");
     let count = std::env::var("PICKET_BLOCKS").ok().and_then(|n| n.parse().ok()).unwrap_or(600);
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
-    let (mut board, boot) = start();
+    let (mut board, first) = start();
     // QEMU has no multiplier: the board falls back, says so, and measures all the same.
-    assert_eq!((boot.clock, boot.core_hz), (Clock::Slow, 16_000_000));
-    assert!(boot.measuring && boot.origin == Origin::Default && !boot.unfit);
-    assert_eq!(boot.last.kind, 0);
+    assert_eq!((first.clock, first.core_hz), (Clock::Slow, 16_000_000));
+    assert!(first.measuring && first.origin == Origin::Default && !first.unfit);
+    assert_eq!(first.last.kind, 0);
     // It runs the program that was built.
-    assert_eq!(boot.program, flash::checksum(played()).unwrap());
-    let settings = Settings::default();
+    assert_eq!(first.program, flash::checksum(played()).unwrap());
+    let settings = with_rounds();
+    board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
+    assert!(boot(&mut board).measuring);
     let mut here = Here::<Real>::new(&settings);
     // The register words that the settings ask for are those that stand in the registers.
     let words = here.words.sampling.converter(&tree());

@@ -126,7 +126,6 @@ fn the_watchdog_bites_when_what_is_due_stays_away() {
     for (settings, dead, bound) in [
         (tone(500e3), Dead::Timer, 5.0),
         (tone(500e3), Dead::Transmitter, 5.0),
-        (external, Dead::Timer, 5.0),
         (external, Dead::Dma, 5.0),
         (slow, Dead::Dma, 2.0 * 1024.0 / 250.0),
     ] {
@@ -153,6 +152,24 @@ fn the_watchdog_bites_when_what_is_due_stays_away() {
         assert_eq!(board.boot().causes.message(), "watchdog", "{label}");
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// A chirp whose samples stay away is a fault, after which the stream starts again with its timer: no bite is needed.
+#[test]
+fn a_timer_that_stops_between_an_external_sources_chirps_is_started_again() {
+    let (mut board, _) = Emulated::start(&chirp(500e3, Shape::Trapezoid, 32, Drive::External));
+    board.pulses(8_000);
+    board.run(30_000);
+    Dead::Timer.happen(&mut board);
+    board.run(100_000);
+    let before = board.status().counters;
+    assert_eq!((before.faults(), before.broken), (1, 1), "{before:?}");
+    board.run(400_000);
+    let after = board.status().counters;
+    assert_eq!(after.faults(), 1, "{after:?}");
+    // Three blocks of each chirp.
+    assert!((145..=155).contains(&(after.blocks - before.blocks)), "{before:?} {after:?}");
+    assert!(board.resets.is_empty());
 }
 
 /// Three bites in a row, each within a minute: the board starts stopped, tells so, and an order starts it.

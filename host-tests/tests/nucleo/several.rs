@@ -32,7 +32,7 @@ fn several_tones_of_a_block_are_those_of_this_machine() {
     ];
     let mut longest = Vec::new();
     for most in [4, 2, 1] {
-        let settings = Settings { most, ..Settings::default() };
+        let settings = Settings { most, ..with_rounds() };
         let answer = board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
         assert_eq!(Settings::from_bytes(&answer).unwrap().0.most, most);
         assert!(boot(&mut board).measuring);
@@ -81,7 +81,7 @@ fn a_fundamental_is_that_of_this_machine() {
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let mut board = Board::start_counted(played()).unwrap();
     boot(&mut board);
-    let settings = Settings { harmonics: 15, ..Settings::default() };
+    let settings = Settings { harmonics: 15, ..with_rounds() };
     let answer = board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
     assert_eq!(Settings::from_bytes(&answer).unwrap().0.harmonics, 15);
     assert!(boot(&mut board).measuring);
