@@ -470,6 +470,8 @@ picket_status picket_way_push(picket_way *way, const picket_stamp *stamp, double
  * KIND_measure     the same, and what it amounts to in the scene. `stamp` may be NULL: the blocks then follow one
  *                  another, and those of a chirp take its segments in turn.
  * KIND_lines       all tones of the last block, at most `room` and 4, the strongest first.
+ * KIND_harmonics   the fundamental of the last block's harmonics up to an order from 2 to 32, as of a motor or a string. Bit k of `orders` is set
+ *                  if order k + 1 was seen; none is set if nothing stands out.
  * KIND_tracker_... as above; `following` must not be NULL.
  * KIND_track       measures a block, follows its tones, and gives the tracks of its segment, at most 8.
  * KIND_targets     velocities and ranges of the held tracks, at most 4: after the last block of a chirp, or any of a Doppler scene.
@@ -502,6 +504,7 @@ picket_status picket_way_push(picket_way *way, const picket_stamp *stamp, double
     picket_status KIND##_measure(KIND *memory, const picket_stamp *stamp, const int16_t *samples, size_t count,     \
                                  picket_measurement *measurement);                                                  \
     picket_status KIND##_lines(KIND *memory, picket_line *lines, size_t room, size_t *found);                       \
+    picket_status KIND##_harmonics(KIND *memory, uint32_t order, picket_tone *fundamental, uint32_t *orders);       \
     size_t KIND##_tracker_size(void);                                                                               \
     picket_status KIND##_tracker_init(KIND##_tracker *memory, const picket_config *config,                          \
                                       const picket_scene *scene, const picket_following *following);                \

@@ -11,6 +11,7 @@ use picket_dsp::acquire::frontend::Timing;
 use picket_dsp::acquire::sample::Segment;
 use picket_dsp::plan::{Solver, Terms};
 use picket_dsp::solve::track::State;
+use picket_dsp::tone::harmonic::HIGHEST;
 use picket_dsp::{
     Accumulator, BurstProcessor, Codes, Config, Measurement, Pipeline, Plan, Record, Stamp, Target,
     Tracker, Velocity,
@@ -212,6 +213,31 @@ impl<R: Record, const N: usize> Meter<R, N> {
             let phasors = meter.pipeline.lines(last, room);
             let rows = phasors.iter().map(|phasor| CLine::from_phasor(phasor, last.clipped));
             found.put(lines.put_all(room, rows));
+        }
+        Ok(())
+    }
+
+    /// `picket_..._harmonics`.
+    ///
+    /// # Safety
+    /// As for [`Meter::init`].
+    pub unsafe fn harmonics(
+        memory: *mut Slot<Self>,
+        order: u32,
+        fundamental: *mut CTone,
+        orders: *mut u32,
+    ) -> Result<(), Status> {
+        // SAFETY: as the caller promises.
+        unsafe {
+            let meter = Slot::open(memory, Self::NUMBER)?;
+            let (fundamental, orders) = (Out::at(fundamental)?, Out::at(orders)?);
+            if !(2..=HIGHEST).contains(&order) {
+                return Err(Status::Option);
+            }
+            let last = meter.last.as_ref().ok_or(Status::NoBlock)?;
+            let found = meter.pipeline.harmonic(last, order).unwrap_or_default();
+            fundamental.put(CTone::from_tone(&found.tone, last.clipped));
+            orders.put(found.orders);
         }
         Ok(())
     }

@@ -135,6 +135,19 @@ macro_rules! door {
 
             /// # Safety
             /// As the header says.
+            #[unsafe(export_name = concat!($name, "_harmonics"))]
+            unsafe extern "C" fn harmonics(
+                memory: Memory,
+                order: u32,
+                fundamental: *mut CTone,
+                orders: *mut u32,
+            ) -> i32 {
+                // SAFETY: as above.
+                Status::from(unsafe { Meter::harmonics(memory, order, fundamental, orders) }) as i32
+            }
+
+            /// # Safety
+            /// As the header says.
             #[unsafe(export_name = concat!($name, "_frame_push"))]
             unsafe extern "C" fn frame_push(
                 frame: *mut Slot<Framed>,

@@ -70,6 +70,7 @@ static int all_are(const void *memory, size_t bytes, uint8_t value) {
         picket_track tracks[8];                                                                                       \
         picket_target targets[4];                                                                                     \
         size_t found = 99;                                                                                            \
+        uint32_t orders = 99;                                                                                         \
         picket_following following = {0};                                                                             \
         memset(meter, 0xA5, KIND##_size());                                                                           \
         memset(tracker, 0xA5, KIND##_tracker_size());                                                                 \
@@ -78,15 +79,20 @@ static int all_are(const void *memory, size_t bytes, uint8_t value) {
         tone_of(samples, N, PARTS, 0.2034);                                                                           \
         EXPECT(KIND##_block(meter, samples, N, &tone), PICKET_ERROR_UNINITIALISED);                                   \
         EXPECT(KIND##_measure(meter, NULL, samples, N, &seen), PICKET_ERROR_UNINITIALISED);                           \
+        EXPECT(KIND##_harmonics(meter, 8, &tone, &orders), PICKET_ERROR_UNINITIALISED);                               \
         EXPECT(KIND##_lines(meter, lines, 4, &found), PICKET_ERROR_UNINITIALISED);                                    \
         EXPECT(KIND##_track(tracker, NULL, samples, N, &seen, tracks, 8, &found), PICKET_ERROR_UNINITIALISED);        \
         EXPECT(KIND##_targets(tracker, targets, 4, &found), PICKET_ERROR_UNINITIALISED);                              \
-        CHECK(all_are(&tone, sizeof tone, 0x5A) && all_are(&seen, sizeof seen, 0x5A) && found == 99);                 \
+        CHECK(all_are(&tone, sizeof tone, 0x5A) && all_are(&seen, sizeof seen, 0x5A) && found == 99 && orders == 99);                 \
         picket_config config = CONFIG;                                                                                \
         config.high_code = -2000;                                                                                     \
         EXPECT(KIND##_init(meter, &config, NULL), PICKET_ERROR_CODES);                                                \
         CHECK(all_are(meter, KIND##_size(), 0xA5));                                                                   \
         EXPECT(KIND##_init(meter, &CONFIG, NULL), PICKET_OK);                                                         \
+        EXPECT(KIND##_harmonics(meter, 8, &tone, &orders), PICKET_ERROR_NO_BLOCK);                                    \
+        EXPECT(KIND##_harmonics(meter, 1, &tone, &orders), PICKET_ERROR_OPTION);                                      \
+        EXPECT(KIND##_harmonics(meter, 33, &tone, &orders), PICKET_ERROR_OPTION);                                     \
+        EXPECT(KIND##_harmonics(meter, 8, &tone, NULL), PICKET_ERROR_NULL);                                           \
         EXPECT(KIND##_lines(meter, lines, 4, &found), PICKET_ERROR_NO_BLOCK);                                         \
         EXPECT(KIND##_block(meter, samples, (N)-1, &tone), PICKET_ERROR_SAMPLES);                                     \
         EXPECT(KIND##_block(meter, samples, (N) + 1, &tone), PICKET_ERROR_SAMPLES);                                   \
@@ -452,7 +458,32 @@ static void frames(void) {
     CHECK(moved.displacement_m == 0.0 && moved.verdict == PICKET_GOOD);
 }
 
+/* Orders 2, 3 and 5 of a motor whose fundamental is missing. */
+static void motor(void) {
+    static picket_real1024 motors;
+    static int16_t turning[1024];
+    picket_tone tone, fundamental;
+    uint32_t orders = 0, state = 1;
+    for (int index = 0; index < 1024; index++) {
+        state = state * 1664525u + 1013904223u;
+        double angle = 6.283185307179586 * 0.0203 * index;
+        double sum = 300.0 * sin(2.0 * angle) + 500.0 * sin(3.0 * angle + 1.0) + 200.0 * sin(5.0 * angle + 2.0);
+        turning[index] = (int16_t)lrint(sum + (double)(state >> 24 & 15) - 7.5);
+    }
+    EXPECT(picket_real1024_init(&motors, &CONFIG, NULL), PICKET_OK);
+    EXPECT(picket_real1024_block(&motors, turning, 1024, &tone), PICKET_OK);
+    EXPECT(picket_real1024_harmonics(&motors, 8, &fundamental, &orders), PICKET_OK);
+    CHECK(orders == (1u << 1 | 1u << 2 | 1u << 4) && fundamental.verdict == PICKET_GOOD);
+    CHECK(fabs(fundamental.frequency_hz - 0.0203 * 48000.0) < 5.0 * fundamental.sigma_hz);
+    CHECK(fundamental.sigma_hz > 0.0 && fundamental.sigma_hz < tone.sigma_hz);
+    memset(turning, 0, sizeof turning);
+    EXPECT(picket_real1024_block(&motors, turning, 1024, &tone), PICKET_OK);
+    EXPECT(picket_real1024_harmonics(&motors, 8, &fundamental, &orders), PICKET_OK);
+    CHECK(orders == 0 && fundamental.verdict == PICKET_NO_SIGNAL);
+}
+
 int main(void) {
+    motor();
 #define RUN(KIND, N, PARTS) use_##KIND();
     PICKET_EACH(RUN)
 #undef RUN

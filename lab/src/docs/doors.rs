@@ -49,7 +49,7 @@ const FEATURES: &[Feature] = &[
         library: "Pipeline::harmonic",
         tool: &["analyze --harmonics"],
         python: &["Pipeline.harmonics"],
-        c: &[],
+        c: &["harmonics"],
         wire: &["Fundamental"],
         page: &[],
     },
@@ -113,7 +113,7 @@ const FEATURES: &[Feature] = &[
             "frame_push",
         ],
         wire: &[],
-        page: &[],
+        page: &["picket_map"],
     },
     Feature {
         name: "a target's velocity from chirp to chirp",
