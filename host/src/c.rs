@@ -3,7 +3,11 @@
 use crate::toolchain::archive::{Archive, HOST, M0, M3, M4, M4F, M7, M7F, M33, M33F};
 use crate::toolchain::{Need, ToolError, have, io_error, workspace};
 use clap::{Args, ValueEnum};
+use flate2::Compression;
+use flate2::write::DeflateEncoder;
+use rawzip::{CompressionMethod, ZipArchiveWriter};
 use std::fs;
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -11,8 +15,11 @@ use std::process::ExitCode;
 #[derive(Args, Debug)]
 pub struct Options {
     /// The cores, separated by commas; host is this machine
-    #[arg(long, value_enum, value_delimiter = ',', required = true)]
+    #[arg(long, value_enum, value_delimiter = ',', required_unless_present = "arduino")]
     core: Vec<Core>,
+    /// For the boards of the Arduino sketch (Teensy 4, Pico, Pico 2, Nano 33 BLE), and a .zip for "Add .ZIP Library" beside the folder
+    #[arg(long)]
+    arduino: bool,
     /// The folder to write; archives of other cores stay in it
     #[arg(long, value_name = "DIR", default_value = "dist/picket")]
     out: PathBuf,
@@ -40,6 +47,9 @@ pub enum Core {
 pub type Places = (Archive, &'static [&'static str]);
 
 impl Core {
+    /// The cores of the boards that the Arduino sketch names.
+    pub const ARDUINO: [Self; 4] = [Self::M0plus, Self::M4f, Self::M33, Self::M7];
+
     /// Its archives, and where they lie in the package's `src`.
     pub const fn places(self) -> &'static [Places] {
         match self {
@@ -72,11 +82,20 @@ impl Core {
 
 /// Builds and writes the package.
 pub fn run(options: &Options) -> Result<ExitCode, ToolError> {
-    let places: Vec<Places> = options.core.iter().flat_map(|core| core.places()).copied().collect();
+    let boards: &[Core] = if options.arduino { &Core::ARDUINO } else { &[] };
+    let cores =
+        options.core.iter().chain(boards.iter().filter(|core| !options.core.contains(core)));
+    let places: Vec<Places> = cores.flat_map(|core| core.places()).copied().collect();
     let needs: Vec<Need> = places.iter().flat_map(|(archive, _)| archive.needs()).collect();
     have(&needs)?;
     package(&places, &options.out)?;
-    outln!("{}", options.out.display());
+    if options.arduino {
+        let file = options.out.with_extension("zip");
+        pack(&options.out, &file).map_err(io::Error::other).map_err(io_error(file.display()))?;
+        outln!("{}: Sketch, Include Library, Add .ZIP Library", file.display());
+    } else {
+        outln!("{}", options.out.display());
+    }
     Ok(ExitCode::SUCCESS)
 }
 
@@ -100,6 +119,34 @@ pub fn package(archives: &[Places], out: &Path) -> Result<(), ToolError> {
     Ok(())
 }
 
+/// Packs a folder as Arduino takes a library: all that is in it, below one folder.
+fn pack(folder: &Path, file: &Path) -> Result<(), rawzip::Error> {
+    let mut archive = ZipArchiveWriter::new(BufWriter::new(fs::File::create(file)?));
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(within) = folders.pop() {
+        for entry in fs::read_dir(within)? {
+            let path = entry?.path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let name = Path::new("Picket").join(path.strip_prefix(folder).unwrap_or(&path));
+            let method = CompressionMethod::DEFLATE;
+            let name = name.to_string_lossy();
+            let (mut entry, config) =
+                archive.new_file(&*name).compression_method(method).start()?;
+            let encoder = DeflateEncoder::new(&mut entry, Compression::default());
+            let mut packed = config.wrap(encoder);
+            packed.write_all(&fs::read(&path)?)?;
+            let (encoder, descriptor) = packed.finish()?;
+            encoder.finish()?;
+            entry.finish(descriptor)?;
+        }
+    }
+    archive.finish()?.flush()?;
+    Ok(())
+}
+
 /// Copies a file or a folder with all that is in it.
 fn copy(from: &Path, to: &Path) -> Result<(), ToolError> {
     if !from.is_dir() {
@@ -113,4 +160,29 @@ fn copy(from: &Path, to: &Path) -> Result<(), ToolError> {
         copy(&entry.path(), &to.join(entry.file_name()))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rawzip::ZipArchive;
+
+    #[test]
+    fn a_library_for_arduino_is_one_folder_with_everything_in_it() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = place.path().join("dist/picket");
+        copy(&workspace().join("c/package"), &folder).unwrap();
+        let file = place.path().join("picket.zip");
+        pack(&folder, &file).unwrap();
+        let bytes = fs::read(&file).unwrap();
+        let archive = ZipArchive::from_slice(&bytes).unwrap();
+        let names: Vec<String> = archive
+            .entries()
+            .map(|entry| String::from_utf8_lossy(entry.unwrap().file_path().as_ref()).into_owned())
+            .collect();
+        assert!(names.iter().all(|name| name.starts_with("Picket/")), "{names:?}");
+        for wanted in ["Picket/library.properties", "Picket/examples/doppler/doppler.ino"] {
+            assert!(names.iter().any(|name| name == wanted), "{wanted}: {names:?}");
+        }
+    }
 }

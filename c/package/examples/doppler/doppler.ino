@@ -1,5 +1,5 @@
 // The speed of whatever moves before a Doppler module (HB100, CDM324) with an amplifier at A0.
-// Teensy 4, or a Pico by the arduino-pico core.
+// Teensy 4, Nano 33 BLE, or a Pico or Pico 2 by the arduino-pico core.
 #include <Arduino.h>
 #include <picket.h>
 
