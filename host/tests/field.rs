@@ -500,6 +500,29 @@ fn square_waves() {
     );
 }
 
+/// All orders of a comparator's output, of which those beyond half the rate fold beside the others.
+#[test]
+fn a_square_wave_by_its_harmonics() {
+    for (hz, high) in [(333.3, 0.5), (1000.37, 0.5), (812.5, 0.23), (4801.0, 0.4)] {
+        let mut signal = Signal::new(0.01);
+        let mut square = |n: u32| {
+            let turn = (hz / 48e3 * f64::from(n) + 0.137).rem_euclid(1.0);
+            let level = if turn < high { 3000.0 } else { 1000.0 };
+            level + 5.0 * signal.normal()
+        };
+        let codes: Vec<f64> = (0..30 * 2048).map(&mut square).collect();
+        let path = file("comparator.i16", &words(codes));
+        for n in ["256", "2048"] {
+            let kind = ["--rate", "48000", "--bits", "12", "--unsigned", "--n", n];
+            let (errors, verdicts) =
+                measured(&path, &[&kind[..], &["--harmonics", "9"]].concat(), hz);
+            let near = errors.iter().filter(|error| **error < 5.0).count();
+            assert!(near == errors.len(), "{hz} Hz, {n}: {errors:?}");
+            assert!(10 * near >= 8 * verdicts.len(), "{hz} Hz, {n}: {verdicts:?}");
+        }
+    }
+}
+
 /// A tone that accelerates, I/Q that loses samples, a car in a recording that is mostly empty.
 #[test]
 fn lengths_are_chosen_by_what_they_say() {

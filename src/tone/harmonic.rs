@@ -2,7 +2,7 @@
 //!
 //! The error of a harmonic of order k says k times as much about the fundamental as the fundamental's own error. The lines of a record are
 //! fitted together ([`super::lines`]). A candidate for the fundamental is a line's frequency over a whole number; the right one explains
-//! the most lines, and among candidates that explain the same lines it is the highest. So a fundamental that is weaker than its harmonics,
+//! the most lines, each by as much as its place is not chance, and among candidates that explain the same lines it is the highest. So a fundamental that is weaker than its harmonics,
 //! or missing, is not mistaken for a harmonic as long as two lines of orders without a common factor are seen. With `f_k` and `s_k` the
 //! frequency of order k and its sigma by the noise alone,
 //!
@@ -10,17 +10,22 @@
 //! f = (sum k f_k / s_k^2) / (sum k^2 / s_k^2)        sigma^2 = 1 / sum k^2 / s_k^2
 //! ```
 //!
+//! The orders of a wave with edges fold at half the rate: a line there counts for the series, and sigma covers what they do beside the orders
+//! below (see [`super::aliases`]).
+//!
 //! The partials of a stiff string are stretched, `f_k = k f sqrt((1 + B k^2) / (1 + B))` with B up to 3e-4 (Fletcher 1964,
 //! doi:10.1121/1.1918981). Where the multiples leave more than their sigmas, f and `f B / 2` are fitted together, with `k (k^2 - 1)` beside k.
 
+use super::aliases::{Orders, pulls};
 use super::evidence::Evidence;
 use super::line_class::LineClass;
-use super::lines::every_line;
+use super::lines::{Hunt, every_line};
 use super::options::Options;
 use super::phasor::ToneWithPhase;
 use crate::acquire::sample::Stamp;
 use crate::frequency::Frequency;
 use crate::math::scalar::Scalar as _;
+use crate::spectrum::layout::Layout;
 use crate::spectrum::peak::Band;
 use crate::spectrum::view::View;
 use crate::tone::{Reasons, Tone};
@@ -52,6 +57,10 @@ impl Harmonic {
 const OFF: f32 = 6.0;
 const LEAST_BINS: f32 = 0.02;
 
+/// The amplitude of an order times its number is the same for all orders of an edge, but where two edges cancel: those that fold are at most
+/// so much stronger than the strongest of the others.
+const EDGE: f32 = 2.0;
+
 /// Half of the largest B, as a share of the fundamental that a line may be off for each `k (k^2 - 1)`.
 const STRETCH: f32 = 1.5e-4;
 
@@ -76,9 +85,10 @@ pub fn harmonic(
     options: &Options,
     order: u32,
 ) -> Option<Harmonic> {
-    let lines = every_line(view, tone, clipped, stamp, options);
-    let n = view.layout.n;
+    let (hunt, lines) = every_line(view, tone, clipped, stamp, options)?;
+    let Layout { n, iq, .. } = *view.layout;
     let order = order.clamp(1, HIGHEST) as i32;
+    let search = Search { n, iq, highest: order };
     let mut best: Option<Series> = None;
     let mut rivals = 0;
     for seed in &lines {
@@ -86,7 +96,7 @@ pub fn harmonic(
             if !holds(band, n, &seed.tone, h) {
                 continue;
             }
-            let series = Series::from_seed(&lines, &seed.tone, h, order, n);
+            let series = Series::from_seed(&lines, &seed.tone, h, &search);
             rivals += 1;
             if best.as_ref().is_none_or(|best| series.explains_more(best)) {
                 best = Some(series);
@@ -94,7 +104,7 @@ pub fn harmonic(
         }
     }
     let best = best?;
-    let mut harmonic = best.harmonic(&lines, n)?;
+    let mut harmonic = best.harmonic(&hunt, &lines)?;
     let alone = best.count == 1 && rivals > lines.len();
     if alone || best.count == 1 && lines.len() > 1 && rivals > 1 {
         let said = harmonic.tone.said();
@@ -110,12 +120,36 @@ fn holds(band: Band, n: usize, line: &Tone, h: i32) -> bool {
     inside(bins) || inside(bins + n as f32)
 }
 
+/// Steps of a frequency in a cycle per sample: 2^32.
+const STEPS: f32 = 4_294_967_296.0;
+
+/// A line's place in a series.
+struct Place {
+    order: i32,
+    /// The distance from this multiple of the fundamental, cycles per sample.
+    rest: f32,
+    /// Whether only a stretch explains it.
+    stretched: bool,
+    /// The chance with which a line anywhere lies on a multiple, and how many times as large the chance is with a stretch.
+    chance: f32,
+    room: f32,
+}
+
+/// What candidates are sought in.
+#[derive(Clone, Copy)]
+struct Search {
+    n: usize,
+    iq: bool,
+    /// The highest order that the fundamental is measured by. Higher ones tell series apart.
+    highest: i32,
+}
+
 /// A candidate for the fundamental: a line's frequency over a whole number.
 struct Series {
     seed: Tone,
     over: i32,
-    highest: i32,
-    /// The sum of the logarithms of its lines' signal-to-noise ratios.
+    search: Search,
+    /// The logarithm of the odds that its lines are where they are by chance: of each line at most that of its signal-to-noise ratio.
     evidence: f32,
     count: u32,
     /// The fundamental, cycles per sample.
@@ -125,68 +159,144 @@ struct Series {
 }
 
 impl Series {
-    fn from_seed(lines: &[ToneWithPhase], seed: &Tone, over: i32, highest: i32, n: usize) -> Self {
+    fn from_seed(lines: &[ToneWithPhase], seed: &Tone, over: i32, search: &Search) -> Self {
         let cycles = seed.frequency.cycles_f32() / over as f32;
-        let mut series =
-            Self { seed: *seed, over, highest, evidence: 0.0, count: 0, cycles, stretches: false };
+        let mut series = Self {
+            seed: *seed,
+            over,
+            search: *search,
+            evidence: 0.0,
+            count: 0,
+            cycles,
+            stretches: false,
+        };
+        let size = |line: &ToneWithPhase| {
+            let place = series.seek(&line.tone).filter(|place| !place.stretched);
+            place.map(|place| place.order as f32 * line.tone.amplitude)
+        };
+        let edge = EDGE * lines.iter().filter_map(size).fold(0.0, f32::max);
         // One line beside its multiple is another line; two or more are stretched.
-        let (mut beside, mut more) = (0, 0.0);
-        for line in lines {
-            let Some((_, _, stretched)) = series.seek(&line.tone, n) else { continue };
-            let evidence = libm::logf(1.0 + line.tone.snr * n as f32);
+        let (mut beside, mut more, mut most_room, mut last) = (0, 0.0, 1.0f32, 0);
+        for ToneWithPhase { tone, .. } in lines {
+            let most = libm::logf(1.0 + tone.snr * search.n as f32);
+            // A line anywhere is at a place of the series by chance.
+            let evidence = |chance: f32| most.min(-libm::logf(chance)).max(0.0);
+            let Some(Place { order, stretched, chance, room, .. }) = series.seek(tone) else {
+                series.evidence += series.folded(tone, edge).map_or(0.0, evidence);
+                continue;
+            };
+            last = last.max(order);
             if stretched {
-                (beside, more) = (beside + 1, more + evidence);
+                (beside, more, most_room) =
+                    (beside + 1, more + evidence(chance), most_room.max(room));
             } else {
-                (series.count, series.evidence) = (series.count + 1, series.evidence + evidence);
+                series.count += u32::from(order <= search.highest);
+                series.evidence += evidence(chance);
             }
         }
         if beside > 1 {
             series.stretches = true;
+            // One stretch is of all lines.
+            let more = more - libm::logf(most_room);
             (series.count, series.evidence) = (series.count + beside, series.evidence + more);
         }
+        // Each order up to the last may as well be missing.
+        series.evidence -= core::f32::consts::LN_2 * last as f32;
         series
     }
 
     /// Whether this series has more evidence, or equal evidence and a higher fundamental.
     fn explains_more(&self, other: &Self) -> bool {
-        let margin = 1e-3 * other.evidence;
+        let margin = 1e-3 * other.evidence.abs();
         self.evidence > other.evidence + margin
             || self.evidence > other.evidence - margin && self.cycles.abs() > other.cycles.abs()
     }
 
     /// The order and the distance of a line of the series.
-    fn place(&self, line: &Tone, n: usize) -> Option<(i32, f32)> {
-        let (order, rest, stretched) = self.seek(line, n)?;
-        (self.stretches || !stretched).then_some((order, rest))
+    fn place(&self, line: &Tone) -> Option<(i32, f32)> {
+        let Place { order, rest, stretched, .. } = self.seek(line)?;
+        (order <= self.search.highest && (self.stretches || !stretched)).then_some((order, rest))
     }
 
-    /// A line's order, its distance from this multiple of the fundamental, cycles per sample, and whether only a stretch explains it.
-    fn seek(&self, line: &Tone, n: usize) -> Option<(i32, f32, bool)> {
-        /// Steps of a frequency in a cycle per sample: 2^32.
-        const STEPS: f32 = 4_294_967_296.0;
+    /// How far a line of an order may be off its multiple, cycles per sample.
+    fn within(&self, line: &Tone, order: i32) -> f32 {
+        let own = self.seed.sigma * order as f32 / self.over as f32;
+        (OFF * libm::hypotf(line.sigma, own)).max(LEAST_BINS / self.search.n as f32)
+    }
+
+    /// The chance with which a line anywhere is where an order folds; `None` if this one is not. Beyond half the rate are only the orders of
+    /// edges, whose amplitude times their number is `edge` at most.
+    fn folded(&self, line: &Tone, edge: f32) -> Option<f32> {
+        let step = self.seed.frequency.0.to_bits() / self.over.max(1);
+        let theirs = line.frequency.0.to_bits();
+        let mut at = 0i32;
+        for order in 1..=HIGHEST as i32 {
+            at = at.wrapping_add(step);
+            if line.amplitude * order as f32 > edge {
+                return None;
+            }
+            if self.cycles.abs() * order as f32 <= 0.5 {
+                continue;
+            }
+            let off = |place: i32| theirs.wrapping_sub(place).unsigned_abs();
+            let off = if self.search.iq { off(at) } else { off(at).min(off(at.wrapping_neg())) };
+            let within = self.within(line, order);
+            if (off as f32 / STEPS) < within {
+                return Some(2.0 * within * self.density());
+            }
+        }
+        None
+    }
+
+    /// The places of orders in a cycle per sample, of those that fold as well.
+    fn density(&self) -> f32 {
+        let room = if self.search.iq { 1.0 } else { 0.5 };
+        (1.0 / self.cycles.abs()).max(HIGHEST as f32 / room)
+    }
+
+    /// Where a line is in the series.
+    fn seek(&self, line: &Tone) -> Option<Place> {
         let (ours, theirs) = (self.seed.frequency.0.to_bits(), line.frequency.0.to_bits());
         let ratio = theirs as f32 / ours as f32 * self.over as f32;
         let order = libm::rintf(ratio) as i32;
-        if !(1..=self.highest).contains(&order) {
+        if !(1..=HIGHEST as i32).contains(&order) {
             return None;
         }
         let rest = i64::from(theirs) * i64::from(self.over) - i64::from(ours) * i64::from(order);
         let rest = rest as f32 / STEPS / self.over as f32;
-        let own = self.seed.sigma * order as f32 / self.over as f32;
-        let within = (OFF * libm::hypotf(line.sigma, own)).max(LEAST_BINS / n as f32);
+        let within = self.within(line, order);
         // Stretched upwards, away from 0 Hz.
         let most = STRETCH * stretched(order) * self.cycles.abs();
         let out = if self.cycles < 0.0 { -rest } else { rest };
-        (out > -within && out < within + most).then_some((order, rest, out >= within))
+        let stretched = out >= within;
+        let chance = 2.0 * within * self.density();
+        let room = 1.0 + 0.5 * most / within;
+        (out > -within && out < within + most).then_some(Place {
+            order,
+            rest,
+            stretched,
+            chance,
+            room,
+        })
     }
 
     /// The fundamental from all its lines.
-    fn harmonic(&self, lines: &[ToneWithPhase], n: usize) -> Option<Harmonic> {
-        let placed = || lines.iter().filter_map(|line| Some((line, self.place(&line.tone, n)?)));
-        let (mut along, mut weight, mut variance) = (0.0, 0.0, 0.0);
+    fn harmonic(&self, hunt: &Hunt, lines: &[ToneWithPhase]) -> Option<Harmonic> {
+        let n = self.search.n;
+        let placed = || lines.iter().filter_map(|line| Some((line, self.place(&line.tone)?)));
         let mut harmonic = Harmonic { tone: Tone { ..self.seed }, orders: 0 };
         (harmonic.tone.amplitude, harmonic.tone.snr) = (0.0, 0.0);
         let mut said = Reasons::NONE;
+        for (ToneWithPhase { tone, .. }, (order, _)) in placed() {
+            harmonic.orders |= 1u32.checked_shl(order as u32 - 1).unwrap_or(0);
+            harmonic.tone.snr += tone.snr;
+            said = said.union(tone.said());
+            if order == 1 {
+                harmonic.tone.amplitude = tone.amplitude;
+            }
+        }
+        let start = self.seed.frequency.cycles() / f64::from(self.over);
+        let (mut along, mut weight, mut variance) = (0.0, 0.0, 0.0);
         for (ToneWithPhase { tone, .. }, (order, rest)) in placed() {
             // A movement widens every line's sigma, but they all move together: noise alone weighs.
             let k = order as f32;
@@ -196,18 +306,19 @@ impl Series {
             along += share * (rest * n as f32);
             weight += share * k;
             variance += (share * sigma) * (share * sigma);
-            harmonic.orders |= 1u32.checked_shl(order as u32 - 1).unwrap_or(0);
-            harmonic.tone.snr += tone.snr;
-            said = said.union(tone.said());
-            if order == 1 {
-                harmonic.tone.amplitude = tone.amplitude;
-            }
         }
         let mut more = along / weight / n as f32;
         let mut sigma = variance.root() / weight / n as f32;
+        let orders = lines.iter().map(|line| self.place(&line.tone).map_or(0, |(order, _)| order));
+        let of = Orders { lines, orders: orders.collect() };
+        let pulls = pulls(hunt, &of, start + f64::from(more), sigma * n as f32);
         // How far a line is off, in its sigmas.
         let off = |more: f32, bend: f32, (line, (order, rest)): (&ToneWithPhase, (i32, f32))| {
-            (rest - order as f32 * more - bend * stretched(order)) / line.tone.sigma
+            let pulled = of.orders.iter().position(|it| *it == order);
+            let pulled =
+                pulled.and_then(|index| pulls.lines.get(index)).map_or(0.0, |it| it.root());
+            (rest - order as f32 * more - bend * stretched(order))
+                / libm::hypotf(line.tone.sigma, pulled / n as f32)
         };
         let squares = |more: f32, bend: f32| -> f32 {
             placed().map(|it| off(more, bend, it)).map(|off| off * off).sum()
@@ -229,13 +340,13 @@ impl Series {
         }
         let line = if contradict(more, bend) { LineClass::Unresolved } else { LineClass::Steady };
         harmonic.tone.conclude(&Evidence { line, ..Evidence::new(said) });
-        let cycles = self.seed.frequency.cycles() / f64::from(self.over) + f64::from(more);
+        let cycles = start + f64::from(more);
         let steps = libm::rint(cycles * 4_294_967_296.0);
         if !steps.is_finite() {
             return None;
         }
         harmonic.tone.frequency = Frequency(I0F32::from_bits(steps as i64 as i32));
-        harmonic.tone.sigma = sigma;
+        harmonic.tone.sigma = libm::hypotf(sigma, pulls.fundamental.root() / n as f32);
         Some(harmonic)
     }
 }

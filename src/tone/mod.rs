@@ -3,6 +3,7 @@
 //! A fit answers with an *offset*: how far the tone is from the peak bin, in bins (cycles per record), positive
 //! towards higher frequency, usually in -0.5..=0.5.
 
+mod aliases;
 pub mod arithmetic;
 pub mod clipped;
 pub(crate) mod close_detection;

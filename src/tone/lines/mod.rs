@@ -82,7 +82,7 @@ struct Mark {
 }
 
 /// The tones of a record while they are sought.
-struct Hunt<'a> {
+pub(super) struct Hunt<'a> {
     layout: &'static Layout,
     rest: Rest<'a>,
     options: &'a Options,
@@ -175,25 +175,25 @@ fn strongest_first(phasors: &mut [ToneWithPhase]) {
     }
 }
 
-/// Every line of a record that exceeds the noise, harmonics and images included: up to [`ROOM`].
-pub(super) fn every_line(
-    view: &View,
+/// Every line of a record that exceeds the noise, harmonics and images included: up to [`ROOM`], with what was left of the spectrum.
+pub(super) fn every_line<'a>(
+    view: &'a View<'a>,
     tone: &Tone,
     clipped: u32,
     stamp: &Stamp,
-    options: &Options,
-) -> Vec<ToneWithPhase, ROOM> {
+    options: &'a Options,
+) -> Option<(Hunt<'a>, Vec<ToneWithPhase, ROOM>)> {
     let Layout { n, iq, .. } = *view.layout;
     let band = if iq { Band::iq(n) } else { Band::real(n) };
     let mut hunt = Hunt::new(view, clipped, stamp, options);
     if !hunt.start(tone, band) {
-        return Vec::new();
+        return None;
     }
     hunt.every = true;
     hunt.seek(ROOM);
     let mut phasors = hunt.phasors(stamp);
     as_measured(view.layout.n, &mut phasors, tone);
-    phasors
+    Some((hunt, phasors))
 }
 
 impl<'a> Hunt<'a> {
@@ -213,6 +213,19 @@ impl<'a> Hunt<'a> {
             blocks: Blocks::new(),
             judged: Vec::new(),
         }
+    }
+
+    /// The number of samples, and whether they are I/Q.
+    pub(super) fn size(&self) -> (usize, bool) {
+        (self.layout.n, self.layout.iq)
+    }
+
+    /// The power of half the second difference around a bin less all lines; `None` near the ends, where a drift lies.
+    pub(super) fn alone(&self, bin: i32) -> Option<f32> {
+        let n = self.layout.n as i32;
+        let bin = if self.layout.iq { bin.checked_rem_euclid(n)? } else { bin };
+        let end = if self.layout.iq { n } else { n / 2 };
+        (DRIFT..=end - DRIFT).contains(&bin).then(|| self.power(bin))
     }
 
     /// Begins with the tone that was measured; false if there is none.

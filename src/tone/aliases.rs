@@ -1,0 +1,231 @@
+//! The orders of a wave with sharp edges that fold about half the rate, and what they do to the orders that are measured.
+//!
+//! A wave that jumps, as that of a comparator, a hall sensor or a sawtooth, has orders whose amplitude falls as `1 / k`. Sampled without a
+//! filter they fold, and some come within a bin of an order that is measured. A line of r times its amplitude, d bins away, moves its
+//! frequency by at most `r g(d)` bins in a fit by least squares, with `x = pi d`
+//!
+//! ```text
+//! g(d) = 3 (sin x / x - cos x) / (pi x)        g = d for small d,  3 / (pi^2 d) at most for large d
+//! ```
+//!
+//! If q periods are nearly a whole number of samples, orders `q + k` and `q - k` fold beside every order k, all at the same distance and with
+//! the same phase: every order moves as if the fundamental did. That phase is unknown, which halves the square.
+//!
+//! How strong the orders beyond half the rate are is read in bins that they have for themselves. Behind a filter nothing is there, and
+//! nothing is widened.
+
+use super::lines::{Hunt, ROOM};
+use super::phasor::ToneWithPhase;
+use crate::math::scalar::Scalar as _;
+use heapless::Vec;
+
+/// Limits of effort: the orders whose strength is read, and the numbers of periods. The orders beyond pull by less than a thousandth of a bin
+/// each.
+const FEWEST: f32 = 64.0;
+const ORDERS: f32 = 1024.0;
+const PERIODS: i32 = 1024;
+
+/// Orders are read up to this many times the order at half the rate. Those beyond have a quarter of the power of all that fold.
+const TIMES: f32 = 4.0;
+
+/// Bins from a line within which an order has no bins of its own: Hann's window is two bins wide on each side of a line between two bins.
+const OWN: f32 = 3.0;
+
+/// An order is where a line was found, or where it is expected, if it is within half a bin.
+const THERE: f32 = 0.5;
+
+/// A line farther away is a part of the noise.
+const NEAR: f32 = 8.0;
+
+/// The mean power of Hann's window in the bin nearest to a line, over all offsets.
+const NEAREST: f32 = 0.87;
+
+/// Half the second differences of white noise have this many times a bin's power.
+const BENT: f32 = 1.5;
+
+/// Noise alone exceeds its mean by so many deviations in one record of a thousand.
+const SEEN: f32 = 3.1;
+
+/// `g(d) d` for large d: `3 / pi^2`.
+const FAR: f32 = 0.303_963_55;
+
+/// All edges may lie between the same samples in a whole record as long as q periods are off a whole number of samples by less than one over
+/// the record. The variance of what this hides, in bins: its chance falls from 0 to 1 as a triangle.
+const HIDDEN: f32 = 1.0 / 6.0;
+
+/// Lines and their orders in a series, 0 for a line that is not of the series.
+pub(super) struct Orders<'a> {
+    pub lines: &'a [ToneWithPhase],
+    pub orders: Vec<i32, ROOM>,
+}
+
+impl<'a> Orders<'a> {
+    fn all(&self) -> impl Iterator<Item = (&'a ToneWithPhase, i32)> + Clone {
+        self.lines.iter().zip(self.orders.iter().copied())
+    }
+
+    /// The lines of the series.
+    fn own(&self) -> impl Iterator<Item = (&'a ToneWithPhase, i32)> + Clone {
+        self.all().filter(|&(line, order)| order > 0 && line.tone.amplitude > 0.0)
+    }
+}
+
+/// Variances by the orders that fold, in squared bins.
+#[derive(Default)]
+pub(super) struct Pulls {
+    /// Of each line.
+    pub lines: Vec<f32, ROOM>,
+    /// Of the fundamental.
+    pub fundamental: f32,
+}
+
+/// The orders of a wave.
+struct Wave {
+    /// The fundamental, steps of 2^-32 cycles per sample.
+    step: i32,
+    /// One standard deviation of the fundamental, bins.
+    sigma: f32,
+    n: usize,
+    iq: bool,
+    /// From an order to the next: 2 if only odd orders are seen.
+    every: i32,
+    /// The square of an order's amplitude times its number, of the orders that fold, and what it is for the strongest of the lines.
+    strength: f32,
+    strongest: f32,
+}
+
+/// The variances of lines and of their fundamental of `cycles` per sample, whose sigma is `sigma` bins, by orders that fold.
+pub(super) fn pulls(hunt: &Hunt, of: &Orders, cycles: f64, sigma: f32) -> Pulls {
+    let mut pulls = Pulls::default();
+    pulls.lines.resize(of.lines.len(), 0.0).unwrap_or_default();
+    let wave = Wave::new(hunt, of, cycles, sigma);
+    if wave.strength > 0.0 {
+        wave.pull(of, &mut pulls);
+    }
+    pulls
+}
+
+impl Wave {
+    fn new(hunt: &Hunt, of: &Orders, cycles: f64, sigma: f32) -> Self {
+        let (n, iq) = hunt.size();
+        let step = libm::rint(cycles * 4_294_967_296.0) as i64 as i32;
+        let size = |(line, order): (&ToneWithPhase, i32)| {
+            let size = order as f32 * line.tone.amplitude;
+            size * size
+        };
+        let strongest = of.own().map(size).fold(0.0, f32::max);
+        // A fundamental alone shows no edges.
+        let strength = of.own().filter(|&(_, order)| order > 1).map(size).fold(0.0, f32::max);
+        let odd = of.own().count() > 1 && of.own().all(|(_, order)| order & 1 == 1);
+        let mut wave =
+            Self { step, sigma, n, iq, every: if odd { 2 } else { 1 }, strength, strongest };
+        if strength > 0.0
+            && let Some(seen) = wave.seen(hunt, of)
+        {
+            wave.strength = seen.min(strongest);
+        }
+        wave
+    }
+
+    /// The strength of the orders that fold, from those with bins of their own; `None` if there are none.
+    fn seen(&self, hunt: &Hunt, of: &Orders) -> Option<f32> {
+        // A line's amplitude over its bin.
+        let unit = if self.iq { 1.0 } else { 2.0 } / self.n as f32;
+        let noise = |(line, _): (&ToneWithPhase, i32)| {
+            let power = line.tone.amplitude * line.tone.amplitude;
+            power / line.tone.snr * if self.iq { 1.0 } else { 0.5 }
+        };
+        let count = of.own().count() as f32;
+        let noise = of.own().map(noise).sum::<f32>() / count;
+        let noise = BENT * noise * self.n as f32 * (unit * unit);
+        let first = self.bins(self.step);
+        let beyond = 0.5 * self.n as f32 / first.abs();
+        let most = (TIMES * beyond).clamp(FEWEST, ORDERS) as i32;
+        // By least squares, for a power that falls as 1 / k^2.
+        let (mut more, mut variance, mut weight) = (0.0, 0.0, 0.0);
+        let mut order = 1;
+        while order < most {
+            order += self.every;
+            let k = order as f32;
+            let place = self.step.wrapping_mul(order);
+            let place = if self.iq { place } else { place.wrapping_abs() };
+            let bins = self.bins(place);
+            // Lines below half the rate may be there that were not found.
+            let ratio = bins / first;
+            let apart = (ratio - libm::rintf(ratio)) * first;
+            let near = |line: &ToneWithPhase| self.apart(place, line).abs() < OWN;
+            if k <= beyond
+                || k * self.sigma > THERE
+                || apart.abs() < OWN
+                || of.lines.iter().any(near)
+            {
+                continue;
+            }
+            let Some(power) = hunt.alone(libm::rintf(bins) as i32) else { continue };
+            let share = 1.0 / (k * k);
+            more += share * (power * (unit * unit) - noise);
+            variance += (share * noise) * (share * noise);
+            weight += share * share * NEAREST;
+        }
+        let there = more > SEEN * variance.root();
+        (weight > 0.0).then(|| if there { more / weight } else { 0.0 })
+    }
+
+    /// A place in bins.
+    fn bins(&self, place: i32) -> f32 {
+        place as f32 * (self.n as f32 / 4_294_967_296.0)
+    }
+
+    /// Bins from a line to a place.
+    fn apart(&self, place: i32, line: &ToneWithPhase) -> f32 {
+        self.bins(place.wrapping_sub(line.tone.frequency.0.to_bits()))
+    }
+
+    /// Whether another line was found at a place: it is fitted together with this one.
+    fn is_found(&self, place: i32, of: &Orders, line: &ToneWithPhase) -> bool {
+        let mut others = of.lines.iter().filter(|it| it.tone.frequency != line.tone.frequency);
+        others.any(|other| self.apart(place, other).abs() < THERE)
+    }
+
+    fn pull(&self, of: &Orders, pulls: &mut Pulls) {
+        let weight: f32 = of.own().map(|(line, k)| (k * k) as f32 * line.tone.snr).sum();
+        let strength = (0.5 * self.strength).root();
+        let hidden = HIDDEN * self.strength / self.strongest;
+        let mut at = 0i32;
+        for q in 1..=PERIODS {
+            at = at.wrapping_add(self.step);
+            let apart = self.bins(at);
+            if q & (self.every - 1) != 0 || apart.abs() > NEAR {
+                continue;
+            }
+            let unsure = q as f32 * self.sigma;
+            let square = apart * apart + unsure * unsure + hidden;
+            // `g`, whatever the phase at both ends.
+            let turn = square / FAR;
+            let pull = strength * (square / (1.0 + turn * turn)).root();
+            let mut together = 0.0;
+            for ((line, order), variance) in of.all().zip(&mut pulls.lines) {
+                if order <= 0 || line.tone.amplitude <= 0.0 {
+                    continue;
+                }
+                let own = line.tone.frequency.0.to_bits();
+                let mut share = 0.0;
+                if !self.is_found(own.wrapping_add(at), of, line) {
+                    share += 1.0 / (q + order) as f32;
+                }
+                let below = (q - order).abs();
+                if !self.iq
+                    && below > 0
+                    && below != order
+                    && !self.is_found(own.wrapping_sub(at), of, line)
+                {
+                    share += 1.0 / below as f32;
+                }
+                let moved = pull * share / line.tone.amplitude;
+                *variance += moved * moved;
+                together += order as f32 * line.tone.snr * moved;
+            }
+            pulls.fundamental += (together / weight) * (together / weight);
+        }
+    }
+}
