@@ -49,9 +49,9 @@ const SEEN: f32 = 3.1;
 /// `g(d) d` for large d: `3 / pi^2`.
 const FAR: f32 = 0.303_963_55;
 
-/// All edges may lie between the same samples in a whole record as long as q periods are off a whole number of samples by less than one over
-/// the record. The variance of what this hides, in bins: its chance falls from 0 to 1 as a triangle.
-const HIDDEN: f32 = 1.0 / 6.0;
+/// Edges lie between the same samples for a while, then all between others: the phase steps by a q-th of a turn, and a step in the middle of
+/// a record moves the frequency by 1.5 of that a record. So the bins that q periods are off are known no better, where edges are sharp.
+const HIDDEN: f32 = 1.5;
 
 /// Lines and their orders in a series, 0 for a line that is not of the series.
 pub(super) struct Orders<'a> {
@@ -190,7 +190,7 @@ impl Wave {
     fn pull(&self, of: &Orders, pulls: &mut Pulls) {
         let weight: f32 = of.own().map(|(line, k)| (k * k) as f32 * line.tone.snr).sum();
         let strength = (0.5 * self.strength).root();
-        let hidden = HIDDEN * self.strength / self.strongest;
+        let share = self.strength / self.strongest;
         let mut at = 0i32;
         for q in 1..=PERIODS {
             at = at.wrapping_add(self.step);
@@ -199,7 +199,8 @@ impl Wave {
                 continue;
             }
             let unsure = q as f32 * self.sigma;
-            let square = apart * apart + unsure * unsure + hidden;
+            let apart = (apart.abs() - HIDDEN * share).max(0.0);
+            let square = (apart * apart + unsure * unsure).max(FAR * share);
             // `g`, whatever the phase at both ends.
             let turn = square / FAR;
             let pull = strength * (square / (1.0 + turn * turn)).root();

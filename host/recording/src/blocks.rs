@@ -9,6 +9,9 @@ pub struct Blocks {
     recording: Recording,
     n: usize,
     hop: usize,
+    /// Samples from one block to the next in the mean, and the blocks so far.
+    every: f64,
+    given: u64,
     /// Samples to leave out before the next block.
     pending: u64,
     samples: Vec<Sample>,
@@ -22,7 +25,22 @@ impl Blocks {
     pub(super) fn new(recording: Recording, n: usize, hop: usize, skip: u64) -> Self {
         let samples = Vec::with_capacity(n);
         let missing = VecDeque::new();
-        Self { recording, n, hop, pending: skip, samples, begun: false, missing }
+        let every = hop as f64;
+        Self { recording, n, hop, every, given: 0, pending: skip, samples, begun: false, missing }
+    }
+
+    /// Each block as near as samples are to this many samples after the last one, in the mean.
+    #[must_use]
+    pub fn every(mut self, samples: f64) -> Self {
+        self.every = samples.max(1.0);
+        self.hop = self.step();
+        self
+    }
+
+    /// From the block after those given to the next one.
+    fn step(&self) -> usize {
+        let at = |block: u64| (block as f64 * self.every).round();
+        (at(self.given + 1) - at(self.given)).max(1.0) as usize
     }
 
     /// The recording.
@@ -49,6 +67,10 @@ impl Blocks {
     pub fn next_block(&mut self) -> Result<Option<(u64, &[Sample])>, RecordingError> {
         let mut samples = std::mem::take(&mut self.samples);
         samples.drain(..self.hop.min(samples.len()));
+        if self.begun {
+            self.given += 1;
+        }
+        self.hop = self.step();
         let start = self.append(&mut samples, self.n);
         self.samples = samples;
         Ok(start?.map(|start| (start, &*self.samples)))

@@ -75,7 +75,24 @@ pub fn run(
     if recording.clock().is_some_and(|clock| clock.walk_s > 0.0) {
         return Err(recording.clock().map_or(String::new(), |clock| cut::uneven(&clock, cut.n)));
     }
-    let ramps = radar.ramps(&recording, n, told.period_s, cut.read.axes.is_some())?;
+    let rate_hz = recording.rate_hz();
+    let segments = radar.shape.segments().len().max(1) as f64;
+    // Of a chirp with several ramps each begins where the last ends.
+    let each = told.found.map(|samples| samples / segments);
+    let period_s = each.map(|samples| samples.round() / rate_hz).or(told.period_s);
+    let mut ramps = radar.ramps(&recording, n, period_s, cut.read.axes.is_some())?;
+    if told.find_ramps {
+        // A beginning that is found late is known to two samples: the record is not to reach into the next ramp.
+        ramps.skip = ramps.skip.saturating_sub(2);
+    }
+    let told = &Told { period_s, ..told.clone() };
+    if told.chirps.is_some_and(|chirps| chirps > 1)
+        && let Some(samples) = told.found.filter(|samples| samples.fract() != 0.0)
+    {
+        return Err(format!(
+            "the ramps repeat each {samples:.3} samples: chirps that begin between samples are no frame"
+        ));
+    }
     if let Some(layout) = radar.layout(&recording, told.chirps, told.period_s) {
         let mut sink = |found: frames::Found| sink(&Finding::Frame(Box::new(found)));
         let tally = frames::run(file, recording, cut, (&ramps, &layout), radar, told, &mut sink)?;
@@ -113,7 +130,8 @@ fn chirps<R: Kind, const N: usize>(
     let mut rising = None;
     let segments = radar.shape.segments();
     let is_array = recording.row().is_some();
-    let mut blocks = recording.blocks(N, ramps.hop, cut.skip + ramps.skip as u64);
+    let every = told.found.map_or(ramps.hop as f64, |samples| samples / segments.len() as f64);
+    let mut blocks = recording.blocks(N, ramps.hop, cut.skip + ramps.skip as u64).every(every);
     let (mut number, mut tally, mut begin) = (0u32, Tally::default(), 0.0);
     while let Some((start, samples)) = blocks.next_block().map_err(super::text)? {
         let unfit = Unfit::of(samples, cut.codes);

@@ -12,6 +12,7 @@ use super::input::Input;
 use super::known;
 use super::radar::Radar;
 use super::ranges;
+use super::repeats::Repeats;
 use super::several::{self, Finding, Search, Sought};
 use super::told::Told;
 use super::{self as analyze, Analysis, Style};
@@ -30,7 +31,7 @@ use picket_dsp::config::{Config, Following};
 use picket_dsp::solve::chirp::Mixing;
 use picket_dsp::tone::effort::Effort;
 use picket_dsp::tone::verdict::Verdict;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Measures the strongest tone in each block of a recording. Without options: says what is in it and how to measure it.
@@ -49,7 +50,7 @@ pub struct Options {
     /// Q are exchanged [default: rx-conj-tx, with --chirp-s tx-conj-rx]
     #[arg(long, value_name = "MIXING", value_parser = mixing(), requires = "carrier_hz")]
     mixing: Option<Mixing>,
-    /// Duration of a ramp of an FMCW radar, s; adds ranges, with --carrier-hz and --bandwidth-hz. --skip must lead to the start of a ramp
+    /// Duration of a ramp of an FMCW radar, s; adds ranges, with --carrier-hz and --bandwidth-hz. --skip leads to the start of a ramp, --find-ramps or --trigger find it
     #[arg(long, value_name = "S", value_parser = cli::positive, requires_all = ["bandwidth_hz", "carrier_hz"], conflicts_with_all = ["method", "hop"])]
     chirp_s: Option<f64>,
     /// Bandwidth of a ramp, as in 4G
@@ -342,8 +343,12 @@ fn ranges(options: &Options, cut: Cut, style: Style, radar: &Radar) -> Result<Ex
         }
         ranges::print(found, style);
     };
-    let (tally, framed) =
-        chirps::run(file, &cut, options.input.n, radar, &options.told, &mut sink)?;
+    let (mut cut, mut told) = (cut, options.told.clone());
+    if let Some(found) = repeats(file, &cut, radar, &told)? {
+        cut.skip += found.first;
+        told.found = Some(found.period);
+    }
+    let (tally, framed) = chirps::run(file, &cut, options.input.n, radar, &told, &mut sink)?;
     if none && framed {
         let frames = tally.blocks;
         eprintln!(
@@ -357,6 +362,43 @@ fn ranges(options: &Options, cut: Cut, style: Style, radar: &Radar) -> Result<Ex
     }
     tally.tell(cli::name(file), cut.codes);
     Ok(ended(tally.left_out()))
+}
+
+/// How the ramps repeat, where that is to be found.
+fn repeats(file: &Path, cut: &Cut, radar: &Radar, told: &Told) -> Result<Option<Repeats>, String> {
+    if told.trigger.is_none() && !told.find_ramps {
+        return Ok(None);
+    }
+    let recording = recording::Recording::open(file, cut.read).map_err(|it| it.to_string())?;
+    if !recording.knows_rate() {
+        return Err("ranges need the sample rate: add --rate HZ".into());
+    }
+    let rate_hz = recording.rate_hz();
+    let found = match told.trigger {
+        Some(channel) => Repeats::by_trigger(file, cut, channel)?,
+        None if radar.shape != Shape::Sawtooth => {
+            return Err(
+                "rising and falling ramps look alike: --find-ramps finds a sawtooth's, --trigger others".into(),
+            );
+        }
+        None => Repeats::by_comb(file, cut, radar.chirp_s * rate_hz)?,
+    };
+    let ramps = radar.shape.segments().len();
+    let all = ramps as f64 * radar.chirp_s * rate_hz;
+    if found.period < all - 2.0 || ramps > 1 && found.period > all + 2.0 {
+        return Err(format!(
+            "chirps repeat each {:.1} samples, and {ramps} ramps of {} s take {all:.1}: {}",
+            found.period,
+            radar.chirp_s,
+            if ramps > 1 {
+                "these have to follow each other without a pause"
+            } else {
+                "is --chirp-s one ramp's?"
+            }
+        ));
+    }
+    found.tell(file, rate_hz);
+    Ok(Some(found))
 }
 
 /// The way of the strongest target, and what swings in it.

@@ -59,11 +59,11 @@ pub struct Input {
     /// Arithmetic: that of boards with an FPU, or without
     #[arg(long, value_enum, default_value_t)]
     pub arith: Arithmetic,
-    /// How much work to spend on a line that is not a steady tone:
-    /// - look: tests only, the least work
-    /// - one: also tries a drift or hum
-    /// - full: a joint fit with other lines and changes of the tone
-    #[arg(long, verbatim_doc_comment, value_name = "EFFORT", default_value = Effort::default().name(), value_parser = effort)]
+    /// How much work to spend on a line that is not a steady tone, in rounds of a joint fit:
+    /// - 0: tests and a few more fits, as cores without an FPU do
+    /// - 1, 2: with one cause beside the tone, or two, such as a drift, hum or another line
+    /// - 3: with three
+    #[arg(long, verbatim_doc_comment, value_name = "ROUNDS", default_value = Effort::default().name(), value_parser = effort)]
     pub effort: Effort,
     /// Linewidth of the laser, Hz, full width at half maximum; sigma then covers it (docs/signals.md)
     #[arg(long, value_name = "HZ", default_value_t = 0.0, value_parser = width)]

@@ -14,6 +14,7 @@ pub mod input;
 pub mod known;
 pub mod radar;
 pub mod ranges;
+pub mod repeats;
 pub mod several;
 pub mod told;
 pub mod unfit;

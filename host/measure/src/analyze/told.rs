@@ -19,6 +19,15 @@ pub struct Told {
     /// From one chirp's start to the next, s [default: the ramp]
     #[arg(long, value_name = "S", value_parser = cli::positive, requires = "chirp_s")]
     pub period_s: Option<f64>,
+    /// The channel or column with a pulse that begins each chirp: the ramps are cut by its rising edges
+    #[arg(long, value_name = "C", value_parser = cli::count::<256>, requires = "chirp_s", conflicts_with_all = ["period_s", "known_m", "displacement"])]
+    pub trigger: Option<usize>,
+    /// Finds a sawtooth's ramps in a continuous recording: their period by the comb that they make, and where they begin
+    #[arg(long, requires = "chirp_s", conflicts_with_all = ["period_s", "trigger", "known_m", "displacement"])]
+    pub find_ramps: bool,
+    /// From one chirp's start to the next, samples, where it was found.
+    #[arg(skip)]
+    pub found: Option<f64>,
     /// From a ramp's start to its record's first sample, s [default: by the record's place]
     #[arg(long, value_name = "S", value_parser = cli::number, requires = "chirp_s")]
     pub guard_s: Option<f64>,
