@@ -127,7 +127,7 @@ impl Wave {
         wave
     }
 
-    /// The strength of the orders that fold, from those with bins of their own; `None` if there are none.
+    /// The strength of the orders that fold, from those with bins of their own; `None` if these do not tell.
     fn seen(&self, hunt: &Hunt, of: &Orders) -> Option<f32> {
         // A line's amplitude over its bin.
         let unit = if self.iq { 1.0 } else { 2.0 } / self.n as f32;
@@ -167,8 +167,11 @@ impl Wave {
             variance += (share * noise) * (share * noise);
             weight += share * share * NEAREST;
         }
-        let there = more > SEEN * variance.root();
-        (weight > 0.0).then(|| if there { more / weight } else { 0.0 })
+        let least = SEEN * variance.root();
+        // Where noise hides edges as sharp as those of the lines, they may be there.
+        let hides = self.strength * weight < 2.0 * least;
+        (weight > 0.0 && (more > least || !hides))
+            .then(|| if more > least { more / weight } else { 0.0 })
     }
 
     /// A place in bins.
