@@ -30,6 +30,7 @@ use crate::spectrum::peak::Band;
 use crate::spectrum::view::View;
 use crate::tone::{Reasons, Tone};
 use fixed::types::I0F32;
+use heapless::Vec;
 
 /// The highest order.
 pub const HIGHEST: u32 = 32;
@@ -309,8 +310,11 @@ impl Series {
         }
         let mut more = along / weight / n as f32;
         let mut sigma = variance.root() / weight / n as f32;
-        let orders = lines.iter().map(|line| self.place(&line.tone).map_or(0, |(order, _)| order));
-        let of = Orders { lines, orders: orders.collect() };
+        let mut of = Orders { lines, orders: Vec::new() };
+        for line in lines {
+            let order = self.place(&line.tone).map_or(0, |(order, _)| order);
+            of.orders.push(order).unwrap_or_default();
+        }
         let pulls = pulls(hunt, &of, start + f64::from(more), sigma * n as f32);
         // How far a line is off, in its sigmas.
         let off = |more: f32, bend: f32, (line, (order, rest)): (&ToneWithPhase, (i32, f32))| {
