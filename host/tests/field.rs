@@ -5,6 +5,7 @@ use crate::cli::{ANALYZE, file, lines, refused, run};
 use crate::survey::npy;
 use picket_simulator::{Draw, Scene};
 use serde_json::json;
+use std::f64::consts::TAU;
 
 const TONE_HZ: f64 = 41.37;
 /// The scene is sampled so fast that a time between two of its samples is one of them.
@@ -182,6 +183,7 @@ fn units_by_name_or_plausibility() {
         ("ms", "Time(ms),CH1(mV)\n", 1e3, 0.0),
         ("stamp", "timestamp,v\n", 1e3, 3312.0),
         ("epoch", "timestamp,v\n", 1e3, 1.79e12),
+        ("ts", "ts,v\n", 1e3, 1.79e12),
         ("bare", "", 1e6, 5.0),
     ] {
         let mut text = signal.table(head, &times, in_units(per_second, start));
@@ -194,7 +196,7 @@ fn units_by_name_or_plausibility() {
         // What no name says is said.
         assert_eq!(
             text.contains("taken as"),
-            ["stamp", "epoch", "bare"].contains(&name),
+            ["stamp", "epoch", "ts", "bare"].contains(&name),
             "{name}: {text}"
         );
         right(&path, &["--n", "512"], TONE_HZ);
@@ -522,6 +524,25 @@ fn a_square_wave_by_its_harmonics() {
             assert!(10 * errors.len() >= least * verdicts.len(), "{hz} Hz, {n}: {verdicts:?}");
         }
     }
+}
+
+/// Three cycles are a steady tone, and so is a tone in a fifth of a recording.
+#[test]
+fn kinds_of_short_and_of_empty_recordings() {
+    let mut signal = Signal::new(0.01);
+    let mut tone = |count: u32, from: u32, to: u32, cycles: f64| {
+        let sample = |n: u32| {
+            let level = if (from..to).contains(&n) { 3000.0 } else { 0.0 };
+            level * (TAU * cycles * f64::from(n) + 0.4).sin() + 30.0 * signal.normal()
+        };
+        words((0..count).map(sample))
+    };
+    let path = file("slow.i16", &tone(4096, 0, 4096, 3.3 / 4096.0));
+    let (text, errors) = proposed(&path, &["--rate", "4096"], 3.3);
+    assert!(text.contains("kind      steady") && errors.iter().all(|it| *it < 5.0), "{text}");
+    let path = file("stretch.i16", &tone(300_000, 200_000, 260_000, 950.0 / 22_050.0));
+    let text = look(&path, &["--rate", "22050"]);
+    assert!(text.contains("kind      steady") && text.contains("it stands from 9."), "{text}");
 }
 
 /// A tone that accelerates, I/Q that loses samples, a car in a recording that is mostly empty.

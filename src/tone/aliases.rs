@@ -46,6 +46,9 @@ const BENT: f32 = 1.5;
 /// Noise alone exceeds its mean by so many deviations in one record of a thousand.
 const SEEN: f32 = 3.1;
 
+/// Two edges cancel in at most two of so many orders in turn, for a tenth of a period or more between them.
+const FEW: u32 = 4;
+
 /// `g(d) d` for large d: `3 / pi^2`.
 const FAR: f32 = 0.303_963_55;
 
@@ -94,6 +97,41 @@ struct Wave {
     strongest: f32,
 }
 
+/// A strength by least squares, of powers that fall as `1 / k^2`.
+#[derive(Clone, Copy, Default)]
+struct Strength {
+    more: f32,
+    variance: f32,
+    weight: f32,
+    count: u32,
+}
+
+impl Strength {
+    /// Adds the squared amplitude of order k, and what noise has there in the mean.
+    fn add(&mut self, k: f32, seen: f32, noise: f32) {
+        let share = 1.0 / (k * k);
+        self.more += share * (seen - noise);
+        self.variance += (share * noise) * (share * noise);
+        self.weight += share * share * NEAREST;
+        self.count += 1;
+    }
+
+    fn least(&self) -> f32 {
+        SEEN * self.variance.root()
+    }
+
+    /// Whether it is seen, or would be if it were as large as this.
+    fn tells(&self, strength: f32) -> bool {
+        self.weight > 0.0
+            && (self.more > self.least() || strength * self.weight >= 2.0 * self.least())
+    }
+
+    /// What is seen; nothing where noise has as much.
+    fn value(&self) -> f32 {
+        if self.more > self.least() { self.more / self.weight } else { 0.0 }
+    }
+}
+
 /// The variances of lines and of their fundamental of `cycles` per sample, whose sigma is `sigma` bins, by orders that fold.
 pub(super) fn pulls(hunt: &Hunt, of: &Orders, cycles: f64, sigma: f32) -> Pulls {
     let mut pulls = Pulls::default();
@@ -119,16 +157,14 @@ impl Wave {
         let odd = of.own().count() > 1 && of.own().all(|(_, order)| order & 1 == 1);
         let mut wave =
             Self { step, sigma, n, iq, every: if odd { 2 } else { 1 }, strength, strongest };
-        if strength > 0.0
-            && let Some(seen) = wave.seen(hunt, of)
-        {
-            wave.strength = seen.min(strongest);
+        if strength > 0.0 {
+            wave.strength = wave.seen(hunt, of).min(strongest);
         }
         wave
     }
 
-    /// The strength of the orders that fold, from those with bins of their own; `None` if these do not tell.
-    fn seen(&self, hunt: &Hunt, of: &Orders) -> Option<f32> {
+    /// The strength of the orders that fold, from those with bins of their own; that of the lines if these do not tell.
+    fn seen(&self, hunt: &Hunt, of: &Orders) -> f32 {
         // A line's amplitude over its bin.
         let unit = if self.iq { 1.0 } else { 2.0 } / self.n as f32;
         let noise = |(line, _): (&ToneWithPhase, i32)| {
@@ -141,8 +177,8 @@ impl Wave {
         let first = self.bins(self.step);
         let beyond = 0.5 * self.n as f32 / first.abs();
         let most = (TIMES * beyond).clamp(FEWEST, ORDERS) as i32;
-        // By least squares, for a power that falls as 1 / k^2.
-        let (mut more, mut variance, mut weight) = (0.0, 0.0, 0.0);
+        // Of those below half the rate that were not found, and of those that fold.
+        let mut all = [Strength::default(); 2];
         let mut order = 1;
         while order < most {
             order += self.every;
@@ -150,28 +186,28 @@ impl Wave {
             let place = self.step.wrapping_mul(order);
             let place = if self.iq { place } else { place.wrapping_abs() };
             let bins = self.bins(place);
+            let folds = k > beyond;
             // Lines below half the rate may be there that were not found.
             let ratio = bins / first;
             let apart = (ratio - libm::rintf(ratio)) * first;
             let near = |line: &ToneWithPhase| self.apart(place, line).abs() < OWN;
-            if k <= beyond
-                || k * self.sigma > THERE
-                || apart.abs() < OWN
-                || of.lines.iter().any(near)
-            {
+            if k * self.sigma > THERE || folds && apart.abs() < OWN || of.lines.iter().any(near) {
                 continue;
             }
             let Some(power) = hunt.alone(libm::rintf(bins) as i32) else { continue };
-            let share = 1.0 / (k * k);
-            more += share * (power * (unit * unit) - noise);
-            variance += (share * noise) * (share * noise);
-            weight += share * share * NEAREST;
+            let [below, beyond] = &mut all;
+            let strength = if folds { beyond } else { below };
+            strength.add(k, power * (unit * unit), noise);
         }
-        let least = SEEN * variance.root();
-        // Where noise hides edges as sharp as those of the lines, they may be there.
-        let hides = self.strength * weight < 2.0 * least;
-        (weight > 0.0 && (more > least || !hides))
-            .then(|| if more > least { more / weight } else { 0.0 })
+        let [below, beyond] = all;
+        if beyond.tells(self.strength) {
+            return beyond.value();
+        }
+        // Orders that are missing below half the rate are missing beyond. One or two may be where two edges cancel.
+        if below.count >= FEW && below.tells(self.strength) {
+            return self.strength.min(below.value());
+        }
+        self.strength
     }
 
     /// A place in bins.

@@ -123,7 +123,8 @@ pub(super) fn meaning(
     if let Some(rate) = named.rate_hz {
         return Meaning::Step { seconds: 1.0 / rate, note: String::new() };
     }
-    if numbered && !named.timely() {
+    // No rows are numbered from the milliseconds since 1970 on.
+    if numbered && !named.timely() && !(1e12..4.1e12).contains(&first) {
         return Meaning::Unknown { note: format!("{called} numbers the rows") };
     }
     // Since 1970: between 2001 and 2100.
@@ -196,6 +197,8 @@ mod tests {
         assert_eq!(of(&["timestamp"], 1000.3, 37_012.0, 4.0), (1e-6, true));
         assert_eq!(of(&["timestamp"], 1.0004, 123_456.0, 1.0), (1e-3, true));
         assert_eq!(of(&["timestamp"], 1.0, 1.7e12, 1.0), (1e-3, true));
+        assert_eq!(of(&["ts"], 1.0, 1.7e12, 1.0), (1e-3, true));
+        assert_eq!(of(&["n"], 1.0, 0.0, 1.0), (0.0, false));
         assert_eq!(of(&["time"], 0.01, 1.7e9, 0.01), (1.0, true));
         // Ten milliseconds, or ten microseconds.
         assert_eq!(of(&["time"], 10.0, 0.0, 10.0), (0.0, false));

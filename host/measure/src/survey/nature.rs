@@ -173,7 +173,8 @@ pub fn finding(ground: Ground, known: &Known) -> Finding {
     let nature = match () {
         () if known.row.is_some() => Nature::Records(known.row.unwrap_or(0)),
         () if way.hop > way.n => Nature::Chirps(way.hop),
-        () if comes && way.of == Of::Blocks => Nature::Bursts,
+        // One block of a whole recording does not show what comes and goes.
+        () if comes && way.of == Of::Blocks && 4 * way.n <= ground.samples.len() => Nature::Bursts,
         () if moves => Nature::Moving,
         () if known.lines > 1 => Nature::Several,
         () => Nature::Steady,
@@ -216,14 +217,15 @@ fn stretch(ground: &Ground, known: &Known, ridges: &[Ridge]) -> Option<Finding> 
     let mut trials = Trials { ground, known, stands: true, held: Vec::new() };
     let band = ridge_band(&ridges[best], &ground);
     trials.blocks(&[None, band]);
-    let Held { way, share, shots, .. } = trials.best()?.clone();
+    let Held { way, share, shots, moves, .. } = trials.best()?.clone();
+    let nature = if moves { Nature::Moving } else { Nature::Steady };
     let [begin_s, end_s] = [start, end].map(|at| at as f64 / ground.rate_hz);
     let shots =
         shots.into_iter().map(|shot| Shot { middle: shot.middle + start as f64, ..shot }).collect();
     let note = format!(
         "it stands from {begin_s:.2} to {end_s:.2} s, where this was tried; elsewhere blocks are weak"
     );
-    Some(Finding { nature: Nature::Moving, held: Some((way, share, shots)), note: Some(note) })
+    Some(Finding { nature, held: Some((way, share, shots)), note: Some(note) })
 }
 
 /// Bursts, by the length of record that has the most valid ones: of like ones the longest.
