@@ -29,12 +29,18 @@ from ._checks import maybe, not_negative, number, one_of, pair, positive, whole,
 from ._picket import __version__
 
 __all__ = [
-    "Accumulator", "Answers", "BurstProcessor", "Calibration", "Chirp", "Displacement", "Doppler", "Frame", "PhaseRanging",
+    "Accumulator", "Answers", "BurstProcessor", "Calibration", "Chirp", "Displacement", "Doppler", "Frame", "METHODS", "PhaseRanging",
     "Pipeline", "Sequence", "Tracker", "Uncertainty", "VERDICTS", "analyze", "explain", "read_recording", "read_telemetry", "simulate", "__version__",
 ]
 
 #: What each verdict means, from best to worst: its name, and a sentence.
 VERDICTS = {name: sentence for _, name, _, _, sentence in _tables.VERDICTS}
+
+_METHODS = _picket.methods()
+
+#: What each method of estimation does: its name, and a sentence.
+METHODS = {name: sentence for name, _, sentence in _METHODS}
+_KINDS = {name: kind for name, kind, _ in _METHODS}
 
 _SPEED_OF_LIGHT = 299_792_458.0
 
@@ -141,7 +147,10 @@ def _kind(scene):
 class _Front:
     """What a pipeline and a tracker have in common: a configuration, and how samples become the converter's codes."""
 
-    def __init__(self, n, rate_hz, codes, iq, band_hz, scene, false_alarm, engine, arithmetic, effort=3, following=None, carrier=(0.0, 0.0)):
+    def __init__(
+        self, n, rate_hz, codes, iq, band_hz, scene, false_alarm, engine, arithmetic, effort=3, following=None, carrier=(0.0, 0.0),
+        method="least-squares",
+    ):
         if rate_hz is None:
             raise ValueError("rate_hz is not given: add the converter's samples per second")
         self._n = whole("n", n, 0, 1 << 32, "a block has 64, 128, ... 4096 samples")
@@ -154,10 +163,14 @@ class _Front:
         one_of("engine", engine, ("i32", "f32"))
         one_of("arithmetic", arithmetic, ("float", "fixed"))
         effort = whole("effort", effort, 0, 3, "give the most rounds, 0 to 3")
+        one_of("method", method, list(METHODS))
+        # Least squares has a form for either kind, and either name stands for both.
+        if not method.startswith("least-squares") and _KINDS[method] not in ("both", "iq" if self._iq else "real"):
+            raise wrong("method", method, f"it is for {'real' if self._iq else 'I/Q'} samples alone")
 
         def make(low, high):
             return _picket.Native(
-                self._n, self._rate_hz, low, high, self._iq, engine, arithmetic, effort, band, false_alarm, terms, following, carrier
+                self._n, self._rate_hz, low, high, self._iq, engine, arithmetic, effort, band, false_alarm, terms, following, carrier, method
             )
 
         self._make, self._natives = make, {}
@@ -269,16 +282,17 @@ class Pipeline(_Front):
         A board has 2 unless told otherwise. `lines` is the same at every effort.
     linewidth_hz: the laser's linewidth, full width at half maximum; envelope_hz: the bandwidth of the echo's envelope, as of speckle,
         likewise. Sigma covers both.
+    method: the method of estimation, one of `METHODS`. The others are for comparisons with least squares: their sigma covers their bias.
 
     Floats are in codes and are rounded. A configuration that cannot work is a ValueError that says why.
     """
 
     def __init__(
         self, n=1024, rate_hz=None, codes=12, iq=False, band_hz=None, scene=None, *, false_alarm=None, engine="i32", arithmetic="float",
-        effort=3, linewidth_hz=0.0, envelope_hz=0.0,
+        effort=3, linewidth_hz=0.0, envelope_hz=0.0, method="least-squares",
     ):
         carrier = (number("linewidth_hz", linewidth_hz), number("envelope_hz", envelope_hz))
-        super().__init__(n, rate_hz, codes, iq, band_hz, scene, false_alarm, engine, arithmetic, effort, carrier=carrier)
+        super().__init__(n, rate_hz, codes, iq, band_hz, scene, false_alarm, engine, arithmetic, effort, carrier=carrier, method=method)
 
     def blocks(self, samples, hop=None, *, phase=False, threads=None, missing=()):
         """The strongest tone of every block, as a structured array with a row for each.

@@ -9,13 +9,14 @@ from numpy.typing import ArrayLike, NDArray
 from pandas import DataFrame
 
 __all__ = [
-    "Accumulator", "Answers", "BurstProcessor", "Calibration", "Chirp", "Displacement", "Doppler", "Frame", "PhaseRanging",
+    "Accumulator", "Answers", "BurstProcessor", "Calibration", "Chirp", "Displacement", "Doppler", "Frame", "METHODS", "PhaseRanging",
     "Pipeline", "Sequence", "Tracker", "Uncertainty", "VERDICTS", "analyze", "explain", "read_recording", "read_telemetry", "simulate",
     "__version__",
 ]
 
 __version__: str
 VERDICTS: dict[str, str]
+METHODS: dict[str, str]
 _Codes: TypeAlias = int | tuple[int, int]
 _Several: TypeAlias = slice | EllipsisType | list[int] | list[bool] | list[str] | NDArray[np.bool_] | NDArray[np.integer[Any]]
 
@@ -66,6 +67,7 @@ class Pipeline:
         effort: Literal[0, 1, 2, 3] = ...,
         linewidth_hz: float = ...,
         envelope_hz: float = ...,
+        method: str = ...,
     ) -> None: ...
     @property
     def n(self) -> int: ...

@@ -14,7 +14,7 @@ mod terms;
 mod tracks;
 mod views;
 
-use picket_dsp::Verdict;
+use picket_dsp::{Method, Verdict};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -36,6 +36,16 @@ fn verdicts() -> Vec<VerdictRow> {
     Verdict::ALL.iter().map(row).collect()
 }
 
+/// Every method: its name, the records that it is right for ("real", "iq" or "both"), and its sentence.
+#[pyfunction]
+fn methods() -> Vec<(&'static str, &'static str, &'static str)> {
+    let row = |method: &Method| {
+        let about = method.about();
+        (about.name, about.records.name(), about.doc)
+    };
+    Method::ALL.iter().map(row).collect()
+}
+
 /// The names in a set of verdicts, the most severe first.
 #[pyfunction]
 fn verdicts_in(bits: u8) -> Vec<&'static str> {
@@ -48,6 +58,7 @@ fn _picket(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<native::Native>()?;
     module.add_function(wrap_pyfunction!(verdicts, module)?)?;
     module.add_function(wrap_pyfunction!(verdicts_in, module)?)?;
+    module.add_function(wrap_pyfunction!(methods, module)?)?;
     module.add_function(wrap_pyfunction!(tables::columns, module)?)?;
     module.add_function(wrap_pyfunction!(tables::names, module)?)?;
     module.add_function(wrap_pyfunction!(views::view_columns, module)?)?;

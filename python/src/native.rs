@@ -77,7 +77,7 @@ impl Work for Check {
 #[pymethods]
 impl Native {
     #[new]
-    #[pyo3(signature = (n, rate_hz, low, high, iq, engine, arithmetic, effort, band_hz, false_alarm, scene, following, carrier))]
+    #[pyo3(signature = (n, rate_hz, low, high, iq, engine, arithmetic, effort, band_hz, false_alarm, scene, following, carrier, method))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         n: usize,
@@ -93,6 +93,7 @@ impl Native {
         scene: Option<SceneTerms>,
         following: Option<(f32, u8, u8)>,
         carrier: (f32, f32),
+        method: &str,
     ) -> PyResult<Self> {
         let codes = terms::codes(low, high).map_err(wrong)?;
         let mut config = Config { band_hz, ..Config::new(rate_hz, codes) };
@@ -121,6 +122,7 @@ impl Native {
         }
         let (linewidth_hz, envelope_hz) = carrier;
         config.carrier = Carrier { linewidth_hz, envelope_hz };
+        config.method = method.parse().map_err(wrong)?;
         let native = Self { config, n, iq, transform };
         native.work(Check)?;
         Ok(native)

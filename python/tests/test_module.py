@@ -51,6 +51,23 @@ def test_every_length_and_engine_measures(n, engine):
         assert abs(lines[0]["frequency_hz"] - hz) < 6 * lines[0]["sigma_hz"]
 
 
+def test_every_method_measures():
+    for samples, iq, hz in [(tone(hz=7003.1), False, 7003.1), (pairs(hz=-7003.1), True, -7003.1)]:
+        usual = Pipeline(rate_hz=48e3, codes=12, iq=iq).blocks(samples)
+        refused = set()
+        for method in picket_dsp.METHODS:
+            try:
+                answers = Pipeline(rate_hz=48e3, codes=12, iq=iq, method=method).blocks(samples)
+            except ValueError:
+                refused.add(method)
+                continue
+            # Either name of least squares is its form for these samples; any other has answers of its own, with its bias in sigma.
+            assert same(answers, usual) == method.startswith("least-squares")
+            errors = (answers["frequency_hz"] - hz) / answers["sigma_hz"]
+            assert np.abs(errors).max() < 6 and answers["sigma_hz"].max() < 48e3 / 1024 / 2, method
+        assert refused == (set() if iq else {"autocorrelation", "improved-autocorrelation", "fesa", "fesa-corrected"})
+
+
 def test_kinds_of_arrays_give_the_same_answers():
     samples = tone()
     answers = Pipeline(rate_hz=48e3, codes=12).blocks(samples)
@@ -124,6 +141,8 @@ def test_verdicts_are_told():
         ({"codes": (0, 100)}, None, "at least 256"),
         ({"codes": (0, 70000)}, None, "16 bits"),
         ({"engine": "i64"}, None, "i32 or f32"),
+        ({"method": "fft"}, None, "method='fft': choose rife, z-rife"),
+        ({"method": "fesa"}, None, "method='fesa': it is for I/Q samples alone"),
         ({"arithmetic": "f64"}, None, "float or fixed"),
         ({"effort": 4}, None, "0 to 3"),
         ({"false_alarm": 2.0}, None, "false-alarm probability"),

@@ -215,6 +215,15 @@ const FEATURES: &[Feature] = &[
         page: &["picket_open"],
     },
     Feature {
+        name: "other methods, for comparisons",
+        library: "Method",
+        tool: &["analyze --method"],
+        python: &["METHODS"],
+        c: &[],
+        wire: &["Settings"],
+        page: &[],
+    },
+    Feature {
         name: "names of verdicts and statuses",
         library: "Verdict",
         tool: &["explain"],
