@@ -338,20 +338,37 @@ fn a_ros_node_publishes_a_boards_targets_with_their_covariance() {
     }
 }
 
+/// The lines of a page with something in them.
+fn told(page: &str) -> Vec<&str> {
+    page.lines().map(str::trim).filter(|line| !line.is_empty()).collect()
+}
+
+/// The notebooks check their own figures. One is a page of the book, which has what it says today.
 #[test]
 fn the_notebooks_run() {
     let programs = fresh("notebooks", &["nbconvert", "ipykernel", "matplotlib"]);
     let notebooks = workspace().join("python/notebooks");
+    let mut pages = 0;
     for entry in fs::read_dir(notebooks).unwrap() {
         let notebook = entry.unwrap().path();
         if notebook.extension().is_none_or(|end| end != "ipynb") {
             continue;
         }
         let name = notebook.file_stem().unwrap().to_str().unwrap().to_owned();
+        let page = workspace().join("docs").join(&name).with_extension("md");
+        let to = if page.exists() { "markdown" } else { "notebook" };
         let mut command = Command::new(programs.join("python"));
-        command.args(["-m", "nbconvert", "--to", "notebook", "--execute", "--log-level", "WARN"]);
+        command.args(["-m", "nbconvert", "--to", to, "--execute", "--log-level", "WARN"]);
         command.env("PICKET_RECORDING", host_tests::data("cw24_car_away.wav"));
-        said(command.arg("--output-dir").arg(temporary("notebooks")).arg(&notebook));
+        let place = temporary("notebooks");
+        said(command.arg("--output-dir").arg(&place).arg(&notebook));
+        if page.exists() {
+            let made = fs::read_to_string(place.join(&name).with_extension("md")).unwrap();
+            let kept = fs::read_to_string(&page).unwrap();
+            assert_eq!(told(&made), told(&kept), "docs/python.md says how to make {name}.md");
+            pages += 1;
+        }
         println!("{name} ran");
     }
+    assert_eq!(pages, 1);
 }
