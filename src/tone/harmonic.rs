@@ -62,6 +62,9 @@ const LEAST_BINS: f32 = 0.02;
 /// so much stronger than the strongest of the others.
 const EDGE: f32 = 2.0;
 
+/// Prior: one series in twenty has edges and no filter before the converter.
+const FOLDING: f32 = 3.0;
+
 /// Half of the largest B, as a share of the fundamental that a line may be off for each `k (k^2 - 1)`.
 const STRETCH: f32 = 1.5e-4;
 
@@ -177,13 +180,13 @@ impl Series {
         };
         let edge = EDGE * lines.iter().filter_map(size).fold(0.0, f32::max);
         // One line beside its multiple is another line; two or more are stretched.
-        let (mut beside, mut more, mut most_room, mut last) = (0, 0.0, 1.0f32, 0);
+        let (mut beside, mut more, mut most_room, mut last, mut fold) = (0, 0.0, 1.0f32, 0, 0.0);
         for ToneWithPhase { tone, .. } in lines {
-            let most = libm::logf(1.0 + tone.snr * search.n as f32);
             // A line anywhere is at a place of the series by chance.
-            let evidence = |chance: f32| most.min(-libm::logf(chance)).max(0.0);
+            let odds = 1.0 + tone.snr * search.n as f32;
+            let evidence = |chance: f32| libm::logf(odds.min(1.0 / chance)).max(0.0);
             let Some(Place { order, stretched, chance, room, .. }) = series.seek(tone) else {
-                series.evidence += series.folded(tone, edge).map_or(0.0, evidence);
+                fold += series.folded(tone, edge).map_or(0.0, evidence);
                 continue;
             };
             last = last.max(order);
@@ -201,6 +204,8 @@ impl Series {
             let more = more - libm::logf(most_room);
             (series.count, series.evidence) = (series.count + beside, series.evidence + more);
         }
+        // Most series do not fold, so one line where an order would fold is no evidence.
+        series.evidence += (fold - FOLDING).max(0.0);
         // Each order up to the last may as well be missing.
         series.evidence -= core::f32::consts::LN_2 * last as f32;
         series
@@ -222,7 +227,8 @@ impl Series {
     /// How far a line of an order may be off its multiple, cycles per sample.
     fn within(&self, line: &Tone, order: i32) -> f32 {
         let own = self.seed.sigma * order as f32 / self.over as f32;
-        (OFF * libm::hypotf(line.sigma, own)).max(LEAST_BINS / self.search.n as f32)
+        let sigma = (line.sigma * line.sigma + own * own).root();
+        (OFF * sigma).max(LEAST_BINS / self.search.n as f32)
     }
 
     /// The chance with which a line anywhere is where an order folds; `None` if this one is not. Beyond half the rate are only the orders of
@@ -230,6 +236,7 @@ impl Series {
     fn folded(&self, line: &Tone, edge: f32) -> Option<f32> {
         let step = self.seed.frequency.0.to_bits() / self.over.max(1);
         let theirs = line.frequency.0.to_bits();
+        let own = self.seed.sigma / self.over as f32;
         let mut at = 0i32;
         for order in 1..=HIGHEST as i32 {
             at = at.wrapping_add(step);
@@ -241,8 +248,14 @@ impl Series {
             }
             let off = |place: i32| theirs.wrapping_sub(place).unsigned_abs();
             let off = if self.search.iq { off(at) } else { off(at).min(off(at.wrapping_neg())) };
+            let off = off as f32 / STEPS;
+            // A sum is above the root of its squares, and costs nothing.
+            let most = OFF * (line.sigma + own * order as f32);
+            if off > 1.01 * most + LEAST_BINS / self.search.n as f32 {
+                continue;
+            }
             let within = self.within(line, order);
-            if (off as f32 / STEPS) < within {
+            if off < within {
                 return Some(2.0 * within * self.density());
             }
         }
