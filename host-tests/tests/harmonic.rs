@@ -98,7 +98,7 @@ fn edges<const M: usize>(wave: Wave, index: u64) -> Option<(f64, f64)> {
     let cycles = (8.0 / M as f64) * (M as f64 / 40.0).powf(draw.between(0.0, 1.0));
     let (start, height) = (draw.between(0.0, 1.0), 100.0 * 16f64.powf(draw.between(0.0, 1.0)));
     let noise = height * 10f64.powf(-draw.between(0.5, 3.0));
-    let high = if index % 2 == 0 { 0.5 } else { draw.between(0.1, 0.5) };
+    let high = if index.is_multiple_of(2) { 0.5 } else { draw.between(0.1, 0.5) };
     let level = |n: usize| {
         let turn = (cycles * n as f64 + start).rem_euclid(1.0);
         match wave {
