@@ -11,7 +11,7 @@
 //! ```
 //!
 //! The orders of a wave with edges fold at half the rate: a line there counts for the series, and sigma covers what they do beside the orders
-//! below (see [`super::aliases`]).
+//! below (see `aliases`).
 //!
 //! The partials of a stiff string are stretched, `f_k = k f sqrt((1 + B k^2) / (1 + B))` with B up to 3e-4 (Fletcher 1964,
 //! doi:10.1121/1.1918981). Where the multiples leave more than their sigmas, f and `f B / 2` are fitted together, with `k (k^2 - 1)` beside k.
