@@ -1,7 +1,7 @@
 //! `picket calibrate` on recordings whose clock is known, and before a played board.
 
 use crate::cli::file;
-use crate::device::{PICKET, ended, path, patient, plug, start, text};
+use crate::device::{PICKET, Running, ended, path, patient, plug, start, text};
 use fixed::types::I0F32;
 use picket_dsp::acquire::burst::Trigger;
 use picket_dsp::acquire::sample::Stamp;
@@ -17,10 +17,11 @@ use picket_wire::command::{Answer, Command as Order, Request};
 use picket_wire::frame::Reader;
 use picket_wire::settings::{Calibration, Drive, Mode, Settings};
 use picket_wire::telemetry::{Health, Telemetry};
+use std::fs::{File, read_to_string};
 use std::io::{Read, Write};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 use std::sync::mpsc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// The reference, Hz, and the rate of the board's timers by a crystal without error, Hz.
 const REFERENCE: f64 = 50e3;
@@ -325,4 +326,100 @@ fn the_board_is_sent_the_correction_and_keeps_it() {
     let expected = Settings { calibration: settings.calibration, ..BENCH.settings() };
     let config = Config { rate_hz: settings.config.rate_hz, ..expected.config };
     assert_eq!(settings, Settings { config, ..expected });
+}
+
+/// A board that sends a record each 5 ms, whose sample clock has this ratio to the stated one. It tells each order, and ends with its port.
+fn clocked(mut port: serialport::TTYPort, ratio: f64, tell: mpsc::Sender<Order>) {
+    use serialport::SerialPort;
+    let mut line = patient(&port);
+    port.set_timeout(Duration::from_millis(5)).unwrap();
+    std::thread::spawn(move || {
+        let (mut reader, mut settings) = (Reader::default(), BENCH.settings());
+        let begun = Instant::now();
+        for sequence in 0..24_000 {
+            let mut bytes = [0; 256];
+            let count = port.read(&mut bytes).unwrap_or(0);
+            for &byte in &bytes[..count] {
+                let Some(Ok(frame)) = reader.push(byte) else { continue };
+                let Ok(request) = Request::from_frame(&frame) else { continue };
+                if let Order::SetSettings(wanted, _) = request.command {
+                    settings = wanted;
+                }
+                let body = match request.command {
+                    Order::GetSettings | Order::SetSettings(..) => settings.to_bytes(1024).to_vec(),
+                    _ => Vec::new(),
+                };
+                let _ = line.write_all(&request.answer().reply(&body));
+                let _ = tell.send(request.command);
+            }
+            let tone = Tone { rate_hz: settings.config.rate_hz, ..Tone::default() };
+            let clock = (begun.elapsed().as_secs_f64() * RATE * ratio) as u64;
+            let stamp = Stamp { sequence, clock, ..Stamp::default() };
+            let measurement = Measurement { stamp, tone, ..Measurement::default() };
+            let (method, health) = (Method::LeastSquaresReal, Health::default());
+            let record = Telemetry { measurement, method, health, basis: None };
+            if line.write_all(&record.to_frame()).is_err() {
+                return;
+            }
+        }
+    });
+}
+
+/// `picket watch` compares the board's clock with this machine's: a wrong rate is told and not stored, a small error is stored.
+#[test]
+fn the_clock_is_compared_with_this_machines() {
+    let begin = |name: &str, ratio: f64, options: &[&str]| {
+        let name = path(name);
+        let (ours, theirs) = plug(&name);
+        let (tell, told) = mpsc::channel();
+        let name = name.to_str().unwrap().to_owned();
+        // A file takes all rows, where a pipe is full after some.
+        let rows = File::create(format!("{name}.jsonl")).unwrap();
+        let mut command = Command::new(PICKET);
+        command.args(["watch", &name, "--jsonl"]).args(options).stdin(Stdio::null());
+        let running = Running(command.stdout(rows).stderr(Stdio::piped()).spawn().unwrap());
+        clocked(ours, ratio, tell);
+        (running, told, theirs)
+    };
+    let wrong = begin("clock-wrong", 0.8, &["--count", "1100"]);
+    let unsaved = begin("clock-unsaved", 0.8, &["--save-clock"]);
+    let saved = begin("clock-saved", 1.0 + 12.5e-6, &["--save-clock"]);
+
+    let ended = |mut running: Running| {
+        let begun = Instant::now();
+        while running.0.try_wait().unwrap().is_none() {
+            assert!(begun.elapsed() < Duration::from_secs(60), "it does not end");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let mut message = String::new();
+        running.0.stderr.take().unwrap().read_to_string(&mut message).unwrap();
+        (running.0.wait().unwrap().code(), message)
+    };
+    let (code, message) = ended(wrong.0);
+    assert_eq!(code, Some(0), "{message}");
+    let printed = read_to_string(path("clock-wrong.jsonl")).unwrap();
+    let lines: Vec<serde_json::Value> =
+        printed.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let check: Vec<_> = lines.iter().filter(|line| !line["rate_check"].is_null()).collect();
+    assert!(check.len() == 1 && check[0]["rate_check"] == "wrong", "{check:?}");
+    assert!((number(&check[0]["rate_error_ppm"]) + 2e5).abs() < 2e3, "{check:?}");
+    assert!(number(&check[0]["seconds"]) < 5.0 && check[0]["clock_ppm"].is_null(), "{check:?}");
+    let summary = lines.last().unwrap();
+    assert!((number(&summary["rate_error_ppm"]) + 2e5).abs() < 2e3, "{summary}");
+
+    let (code, message) = ended(unsaved.0);
+    assert_eq!(code, Some(2), "{message}");
+    assert!(message.contains("--save-clock: nothing is stored: the sample rate is wrong"));
+    assert!(!unsaved.1.try_iter().any(|order| matches!(order, Order::SetSettings(..))));
+
+    let (code, message) = ended(saved.0);
+    assert_eq!(code, Some(0), "{message}");
+    let orders: Vec<Order> = saved.1.try_iter().collect();
+    let set = orders.iter().find_map(|order| match order {
+        Order::SetSettings(settings, n) => Some((settings.calibration.clock_ppm, *n)),
+        _ => None,
+    });
+    let (ppm, n) = set.unwrap();
+    assert!((ppm - 12.5).abs() < 5.0 && n == 1024, "{ppm} {n}");
+    assert_eq!(orders.last(), Some(&Order::Save));
 }

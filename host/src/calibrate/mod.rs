@@ -67,7 +67,7 @@ pub fn run(options: &Options) -> Result<ExitCode, CalibrateError> {
         calibrated.lines().iter().for_each(|line| print_line(line));
     }
     if options.save {
-        save(&mut talk, &calibrated.settings(&settings), n)?;
+        save(&mut talk, &settings::with_clock(&settings, calibrated.after_ppm), n)?;
     }
     match (options.json, options.save) {
         (true, _) => print_line(&calibrated.json(clock, options.save)),
@@ -320,15 +320,6 @@ impl Calibrated {
             after_ppm,
             sigma_ppm: sigma_hz / mean_hz * pace * 1e6,
         })
-    }
-
-    /// The settings by which the board reads the reference. Its timers count as before, so the rate is stated by the new error.
-    fn settings(&self, settings: &Settings) -> Settings {
-        let before = settings.calibration.true_hz(1.0);
-        let calibration = Calibration { clock_ppm: self.after_ppm as f32, ..settings.calibration };
-        let mut settings = Settings { calibration, ..*settings };
-        settings.config.rate_hz *= calibration.true_hz(1.0) / before;
-        settings
     }
 
     /// For people.

@@ -63,6 +63,8 @@ pub enum WatchError {
         /// Blocks that were asked for.
         wanted: u16,
     },
+    /// The clock's error cannot be stored.
+    Clock(String),
     /// Orders need a port.
     Orders,
     /// The settings' file.
@@ -103,7 +105,7 @@ impl fmt::Display for WatchError {
             WatchError::Orders => {
                 f.write_str("commands need a port: stdin and files cannot receive them")
             }
-            WatchError::Settings(what) | WatchError::Output(what) => f.write_str(what),
+            WatchError::Settings(what) | WatchError::Output(what) | WatchError::Clock(what) => f.write_str(what),
             WatchError::Refused(refusal) => write!(f, "the device refuses: {refusal}"),
         }
     }

@@ -1,6 +1,7 @@
 //! `picket watch`: what an instrument measures, live, recorded or replayed; and orders to it.
 
 mod capture;
+mod clock;
 mod error;
 mod fundamental;
 pub mod line;
@@ -17,6 +18,7 @@ use crate::end;
 use crate::output::{Growing, Output};
 use capture::Capture;
 use clap::Args;
+use clock::{HostClock, Told};
 pub use error::WatchError;
 use error::{io, unheard, unknown};
 use fundamental::Fundamental;
@@ -180,6 +182,11 @@ struct Watch {
     /// A frame was understood.
     heard: bool,
     patience: Patience,
+    /// The board's clock against this machine's; of a port, whose bytes come as the board sends them.
+    clock: HostClock,
+    begun: Instant,
+    /// The clock's error is to be stored on the board; not any more once it is sent.
+    save_clock: bool,
 }
 
 /// When the terminal reports silence.
@@ -219,6 +226,9 @@ impl Watch {
             heard: false,
             // Orders that nobody hears end the program, and say why.
             patience: Patience { since: Instant::now(), bytes: 0, told: options.orders.any() },
+            clock: HostClock::default(),
+            begun: Instant::now(),
+            save_clock: options.orders.saves_clock(),
         }
     }
 
@@ -236,12 +246,14 @@ impl Watch {
                 Piece::Opened => {
                     // Another host may have had it meanwhile.
                     self.scale.forget();
+                    self.clock.restart();
                     orders.ask(source)?;
                     orders.renew(source);
                     continue;
                 }
                 Piece::Bytes(bytes) => bytes,
             };
+            let arrival = self.begun.elapsed();
             if let Some(file) = &mut record {
                 file.write(&bytes)?;
             }
@@ -252,6 +264,9 @@ impl Watch {
                 orders.hear(&said, source)?;
                 if self.scale.hear(&said, &self.listener) {
                     orders.renew(source);
+                }
+                if source.listens() {
+                    self.compare(&said, arrival, &mut orders, source)?;
                 }
                 self.show(said)?;
                 if count.is_some_and(|count| self.listener.records >= count) {
@@ -266,6 +281,35 @@ impl Watch {
             }
             orders.again(source, self.heard, self.patience.bytes)?;
             self.capture_again(&mut orders, source)?;
+        }
+        Ok(())
+    }
+
+    /// Compares the board's clock with this machine's.
+    fn compare(
+        &mut self,
+        said: &Said,
+        arrival: Duration,
+        orders: &mut Pending,
+        source: &mut Source,
+    ) -> Result<(), WatchError> {
+        self.clock.hear(said);
+        let Said::Telemetry(record) = said else { return Ok(()) };
+        let rate_hz = self.rate_of(record.measurement.stamp.sequence);
+        let Some(told) = self.clock.arrive(record, rate_hz, arrival) else { return Ok(()) };
+        if self.save_clock && matches!(told, Told::Wrong(_)) {
+            let line = self.clock.line(&told, Style::Table);
+            return Err(WatchError::Clock(format!("--save-clock: nothing is stored: {line}")));
+        }
+        if !self.quiet {
+            let line = self.clock.line(&told, self.style);
+            if self.style == Style::Jsonl { print_line(&line) } else { self.note(&line) }
+        }
+        if self.save_clock
+            && let Some((settings, n)) = self.clock.corrected()
+        {
+            self.save_clock = false;
+            orders.keep(settings, n, source);
         }
         Ok(())
     }
@@ -398,9 +442,18 @@ impl Watch {
         let Listener { records, missing, lost, bad, .. } = self.listener;
         match self.style {
             _ if self.quiet => {}
-            Style::Jsonl => print_line(&format!(
-                r#"{{"summary":true,"records":{records},"missing":{missing},"missing_lost":{lost},"bad_frames":{bad}}}"#
-            )),
+            Style::Jsonl => {
+                let error = self.clock.error();
+                print_line(
+                    &serde_json::json!({
+                        "summary": true, "records": records, "missing": missing,
+                        "missing_lost": lost, "bad_frames": bad,
+                        "rate_error_ppm": error.map(|error| error.ppm),
+                        "sigma_rate_error_ppm": error.map(|error| error.sigma_ppm),
+                    })
+                    .to_string(),
+                );
+            }
             _ => {
                 let whose = if missing > 0 {
                     format!(" ({lost} lost by the board, the others left out)")
@@ -410,6 +463,12 @@ impl Watch {
                 self.note(&format!(
                     "{records} records, {missing} blocks between them without one{whose}, {bad} bad frames"
                 ));
+                if let Some(error) = self.clock.error() {
+                    self.note(&format!(
+                        "the sample clock is off by {:+.1} ± {:.1} ppm of the stated rate, by this machine's clock in {:.0} s",
+                        error.ppm, error.sigma_ppm, error.seconds
+                    ));
+                }
             }
         }
     }

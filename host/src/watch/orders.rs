@@ -6,6 +6,7 @@ use crate::cli::print_line;
 use crate::device::Said;
 use clap::Args;
 use picket_wire::command::{Answer, Command, Refusal, Request};
+use picket_wire::settings::Settings;
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -22,6 +23,9 @@ pub struct Orders {
     /// Tells the board to store its settings in flash
     #[arg(long)]
     save: bool,
+    /// Measures the error of the board's clock by this machine's to 1 ppm, which takes minutes, stores clock_ppm on the board, and ends
+    #[arg(long, conflicts_with_all = ["save", "stop", "get_settings", "capture", "live", "count"])]
+    save_clock: bool,
     /// Tells the board to measure
     #[arg(long, conflicts_with = "stop")]
     start: bool,
@@ -87,13 +91,19 @@ pub struct Pending {
 impl Orders {
     /// Whether there is one.
     pub fn any(&self) -> bool {
-        let plain = [self.get_settings, self.save, self.start, self.stop, self.reset];
+        let plain =
+            [self.get_settings, self.save, self.save_clock, self.start, self.stop, self.reset];
         plain.contains(&true) || self.set_settings.is_some() || self.capture.is_some()
     }
 
     /// Blocks to capture, and where to.
     pub fn capture(&self) -> Option<(u16, &Path)> {
         self.capture.zip(self.capture_to.as_deref())
+    }
+
+    /// Whether the clock's error is to be stored.
+    pub const fn saves_clock(&self) -> bool {
+        self.save_clock
     }
 
     /// The file of settings.
@@ -217,6 +227,13 @@ impl Pending {
             self.renews = true;
             self.add(Command::GetSettings, source);
         }
+    }
+
+    /// Sends settings, has the board keep them, and ends.
+    pub fn keep(&mut self, settings: Settings, n: usize, source: &mut Source) {
+        self.ends = true;
+        self.add(Command::SetSettings(settings, n), source);
+        self.add(Command::Save, source);
     }
 
     /// Another order behind the others.

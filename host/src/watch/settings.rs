@@ -289,6 +289,15 @@ pub fn to_json(settings: &Settings, n: usize) -> String {
     serde_json::to_string_pretty(&Fields::of(settings, n)).unwrap_or_default()
 }
 
+/// The settings of a board whose clock is off by this much, ppm. Its timers count as before, so the rate is stated by the new error.
+pub fn with_clock(settings: &Settings, ppm: f64) -> Settings {
+    let before = settings.calibration.true_hz(1.0);
+    let calibration = Calibration { clock_ppm: ppm as f32, ..settings.calibration };
+    let mut settings = Settings { calibration, ..*settings };
+    settings.config.rate_hz *= calibration.true_hz(1.0) / before;
+    settings
+}
+
 /// The settings in an answer's body, if it holds some.
 pub fn from_answer(body: &[u8]) -> Option<(Settings, usize)> {
     Settings::from_bytes(body).ok()

@@ -163,7 +163,7 @@ const FEATURES: &[Feature] = &[
     Feature {
         name: "the clock error by another clock",
         library: "acquire::rate_check::RateCheck",
-        tool: &[],
+        tool: &["watch --save-clock"],
         python: &[],
         c: &[],
         wire: &[],
