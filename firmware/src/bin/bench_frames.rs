@@ -77,6 +77,12 @@ fn main() -> ! {
     }
     let found = count("frame", || frame.targets());
     black_box(&found);
+    let mut powers = [0.0; CHIRPS];
+    let mut still: [_; BINS] = core::array::from_fn(|_| Default::default());
+    count("map's bin", || frame.powers(black_box(40), black_box(&mut powers)));
+    black_box(frame.plan().cell(black_box(40.0), black_box(5.0)));
+    count("background", || frame.background(black_box(&mut still)));
+    black_box(frame.targets_beside(black_box(&still)));
     let phasor = black_box(ToneWithPhase::default());
     let target = black_box(Target::default());
     count("phase range", || ranging.at_rest(Segment::Up, &phasor));
