@@ -79,66 +79,79 @@ fn target(range_m: (f64, f64), velocity_mps: (f64, f64), amplitude: f64) -> Targ
     }
 }
 
-/// One target anywhere, within the unambiguous velocities.
+/// A target anywhere, within the unambiguous velocities and those at which it moves by six cells a frame; none if a frame does not show it
+/// every time.
+fn anywhere(radar: Radar, kind: Kind, n: usize, chirps: usize, snr_db: f64) -> Option<Case> {
+    // Strong enough for every frame.
+    let gain = 10.0 * ((n * chirps) as f64).log10();
+    if snr_db + gain < 17.0 {
+        return None;
+    }
+    let amplitude = amplitude(snr_db);
+    let [bin_m, _] = radar.cell(chirps);
+    let share = if kind == Iq { 0.4 } else { 0.35 };
+    let six_cells = 6.0 * bin_m / (chirps as f64 * 1e-6 * radar.period_us);
+    let speed = (0.9 * radar.half_alias()).min(six_cells);
+    let doppler = 2.0 * speed * radar.ghz * 1e9 / C * 1e-6 * radar.record_us;
+    let ranges = ((4.0 + doppler) * bin_m, share * n as f64 * bin_m);
+    let mut scene = radar.scene(kind, n, chirps, vec![target(ranges, (-speed, speed), amplitude)]);
+    scene.receiver.noise.rms = Some(deviation(amplitude, snr_db).into());
+    let label = format!(
+        "a frame's target is right: {} {n} x {chirps}, {}, {snr_db} dB",
+        kind.name(),
+        radar.name()
+    );
+    let bound = 0.999 * radar.half_alias();
+    let case = Case::new(label, scene, n).by(Path::Frame(chirps)).trials(24);
+    let case = case.told(|config: &mut Config| config.velocity_mps = Some((-bound, bound)));
+    let case = RIGHT.into_iter().fold(case, Case::asks);
+    Some(case.never(Event::More))
+}
+
+/// What is asked of every radar, and of all together.
+const RIGHT: [Asked; 6] = [
+    Asked::Share { of: Event::Off(5.0), least: 0.0, most: 0.002 },
+    Asked::Share { of: Event::Good, least: 0.98, most: 1.0 },
+    Asked::Square { quantity: 0, least: 0.72, most: 1.33 },
+    Asked::Square { quantity: 1, least: 0.72, most: 1.33 },
+    Asked::OverBound { quantity: 0, most: 1.1 },
+    Asked::OverBound { quantity: 1, most: 1.1 },
+];
+
+fn right_together(of: &str, rows: Vec<Case>) {
+    let none = Asked::Share { of: Event::More, least: 0.0, most: 0.0 };
+    let together: Vec<Asked> = RIGHT.into_iter().chain([none]).collect();
+    hold_together(of, rows, &together);
+}
+
+/// One target anywhere.
 #[test]
 fn a_frames_target_is_right_within_its_sigmas() {
     let mut rows = Vec::new();
     for radar in RADARS {
         for kind in [Iq, Real] {
             for (n, chirps) in [(256, 64), (128, 32), (512, 128)] {
-                for snr_db in [-20.0, -10.0, 0.0, 10.0, 30.0] {
-                    // Strong enough for every frame.
-                    let gain = 10.0 * ((n * chirps) as f64).log10();
-                    if snr_db + gain < 17.0 {
-                        continue;
-                    }
-                    let amplitude = amplitude(snr_db);
-                    let [bin_m, _] = radar.cell(chirps);
-                    let share = if kind == Iq { 0.4 } else { 0.35 };
-                    let speed = 0.9 * radar.half_alias();
-                    let doppler = 2.0 * speed * radar.ghz * 1e9 / C * 1e-6 * radar.record_us;
-                    let ranges = ((4.0 + doppler) * bin_m, share * n as f64 * bin_m);
-                    let mut scene = radar.scene(
-                        kind,
-                        n,
-                        chirps,
-                        vec![target(ranges, (-speed, speed), amplitude)],
-                    );
-                    scene.receiver.noise.rms = Some(deviation(amplitude, snr_db).into());
-                    let label = format!(
-                        "a frame's target is right: {} {n} x {chirps}, {}, {snr_db} dB",
-                        kind.name(),
-                        radar.name()
-                    );
-                    let case = Case::new(label, scene, n).by(Path::Frame(chirps)).trials(24);
-                    let bound = 0.999 * radar.half_alias();
-                    let case = case
-                        .told(|config: &mut Config| config.velocity_mps = Some((-bound, bound)));
-                    let case = case.at_most(0.002, Event::Off(5.0)).at_least(0.98, Event::Good);
-                    let case = case.square(0.72, 1.33).asks(Asked::Square {
-                        quantity: 1,
-                        least: 0.72,
-                        most: 1.33,
-                    });
-                    rows.push(
-                        case.asks(Asked::OverBound { quantity: 0, most: 1.1 })
-                            .asks(Asked::OverBound { quantity: 1, most: 1.1 })
-                            .never(Event::More),
-                    );
-                }
+                let levels = [-20.0, -10.0, 0.0, 10.0, 30.0].into_iter();
+                rows.extend(levels.filter_map(|snr_db| anywhere(radar, kind, n, chirps, snr_db)));
             }
         }
     }
-    let together = [
-        Asked::Share { of: Event::Off(5.0), least: 0.0, most: 0.002 },
-        Asked::Share { of: Event::Good, least: 0.98, most: 1.0 },
-        Asked::Square { quantity: 0, least: 0.72, most: 1.33 },
-        Asked::Square { quantity: 1, least: 0.72, most: 1.33 },
-        Asked::OverBound { quantity: 0, most: 1.1 },
-        Asked::OverBound { quantity: 1, most: 1.1 },
-        Asked::Share { of: Event::More, least: 0.0, most: 0.0 },
-    ];
-    hold_together("a frame's target is right, all together", rows, &together);
+    right_together("a frame's target is right, all together", rows);
+}
+
+/// The fewest chirps and the most, short and long; below -20 dB where the frame's gain is enough.
+#[test]
+fn frames_of_few_and_of_many_chirps_are_right() {
+    let mut rows = Vec::new();
+    for radar in [RADARS[1], RADARS[3], RADARS[4]] {
+        for kind in [Iq, Real] {
+            for (n, chirps) in [(256, 8), (1024, 16), (128, 256), (512, 256)] {
+                let levels = [-30.0, -26.0, -15.0, 5.0, 25.0].into_iter();
+                rows.extend(levels.filter_map(|snr_db| anywhere(radar, kind, n, chirps, snr_db)));
+            }
+        }
+    }
+    right_together("a frame's target is right, few and many chirps together", rows);
 }
 
 /// Several targets, three cells apart in one direction at least.
@@ -276,9 +289,14 @@ fn weak_targets_of_frames_are_found() {
 fn aliases_of_frames_are_decided_or_listed() {
     let (n, chirps) = (256, 64);
     let mut rows = Vec::new();
-    for (radar, speed, decided) in
-        [(RADARS[3], 30.0, true), (RADARS[4], 35.0, true), (RADARS[0], 20.0, false)]
-    {
+    for (radar, speed, decided) in [
+        (RADARS[3], 30.0, true),
+        (RADARS[4], 35.0, true),
+        (RADARS[0], 20.0, false),
+        (RADARS[0], 60.0, false),
+        (RADARS[1], 60.0, false),
+        (RADARS[2], 60.0, false),
+    ] {
         for snr_db in [-15.0, 0.0] {
             let amplitude = amplitude(snr_db);
             let [bin_m, _] = radar.cell(chirps);
