@@ -218,10 +218,10 @@ layout! {
         uncorrected: bool,
         /// The rate must hold for the worst block.
         worst_case: bool,
-        /// The most rounds of the joint fit; without it the most whose worst known block lasts no longer than a block does.
-        effort: Option<Effort>,
         /// Corrections of rate and range.
         calibration: Calibration,
+        /// The most rounds of the joint fit; without it the most whose worst known block lasts no longer than a block does.
+        effort: Option<Effort> = None,
     }
 
     /// Corrections from a comparison with known references.
