@@ -415,7 +415,8 @@ mod tests {
     #[test]
     fn settings_that_say_more_are_refused() {
         const { assert!(2 + Settings::BYTES <= crate::frame::PAYLOAD) };
-        let bytes = Settings::default().to_bytes(1024);
+        let settings = Settings { effort: Some(Effort::ONE), ..Settings::default() };
+        let bytes = settings.to_bytes(1024);
         let told = |place: usize, value: u8| {
             let mut bytes = bytes.clone();
             bytes[place] = value;
@@ -427,7 +428,7 @@ mod tests {
         assert_eq!(told(8, 9), Err(SettingsError::Encoding(EncodingError::Field)));
         let mut later = bytes.clone();
         later.push(7).unwrap();
-        assert_eq!(Settings::from_bytes(&later), Ok((Settings::default(), 1024)));
+        assert_eq!(Settings::from_bytes(&later), Ok((settings, 1024)));
         later[5] += 1;
         let later = Settings::from_bytes(&later);
         assert_eq!(later, Err(SettingsError::Encoding(EncodingError::Version)));
