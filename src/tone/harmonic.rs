@@ -236,7 +236,6 @@ impl Series {
     fn folded(&self, line: &Tone, edge: f32) -> Option<f32> {
         let step = self.seed.frequency.0.to_bits() / self.over.max(1);
         let theirs = line.frequency.0.to_bits();
-        let own = self.seed.sigma / self.over as f32;
         let mut at = 0i32;
         for order in 1..=HIGHEST as i32 {
             at = at.wrapping_add(step);
@@ -248,14 +247,8 @@ impl Series {
             }
             let off = |place: i32| theirs.wrapping_sub(place).unsigned_abs();
             let off = if self.search.iq { off(at) } else { off(at).min(off(at.wrapping_neg())) };
-            let off = off as f32 / STEPS;
-            // A sum is above the root of its squares, and costs nothing.
-            let most = OFF * (line.sigma + own * order as f32);
-            if off > 1.01 * most + LEAST_BINS / self.search.n as f32 {
-                continue;
-            }
             let within = self.within(line, order);
-            if off < within {
+            if (off as f32 / STEPS) < within {
                 return Some(2.0 * within * self.density());
             }
         }

@@ -40,8 +40,8 @@ pub struct Words {
     pub block_ticks: Option<u64>,
 }
 
-/// Core cycles in which a fundamental is sought among eight lines and as many orders as there may be, by 1.4 cycles an instruction.
-const HARMONICS_CYCLES: u64 = 2_300_000;
+/// Core cycles in which a fundamental is sought among eight lines, also of a slow square, as in [`ADD_CYCLES`].
+pub const HARMONICS_CYCLES: u64 = 2_300_000;
 
 /// The most core cycles for the further tones of a block and its fundamental, by 1.4 cycles an instruction, modelled and not measured: a
 /// search, and the cost of each tone.
