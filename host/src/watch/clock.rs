@@ -167,8 +167,8 @@ impl Running {
     }
 
     fn error(&self) -> Option<ClockError> {
-        let last = Duration::try_from_secs_f32(self.check.error()?.seconds).ok()?;
-        self.check.error().filter(|_| last >= SHORTEST && self.records >= FEWEST)
+        let lasts = |error: &ClockError| error.seconds >= SHORTEST.as_secs_f32();
+        self.check.error().filter(|error| lasts(error) && self.records >= FEWEST)
     }
 }
 
