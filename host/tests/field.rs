@@ -642,6 +642,8 @@ fn ranges_from_chirps() {
 #[test]
 fn ramps_are_found() {
     // Samples from the recording's beginning to the first ramp, and pauses, which rest at the carrier's start.
+    let ramp = "--rate 200k --chirp-s 5e-3 --bandwidth-hz 200M --carrier-hz 24G";
+    let ramp: Vec<&str> = ramp.split(' ').collect();
     let kinds = [(137, 5e-3, "iq"), (1, 5.5e-3, "iq"), (611, 5e-3, "real"), (700, 5.0021e-3, "iq")];
     for (late, period_s, kind) in kinds {
         let iq = kind == "iq";
@@ -655,16 +657,6 @@ fn ramps_are_found() {
         let values = cut.iter().flat_map(|x| x[..if iq { 2 } else { 1 }].to_vec());
         let name = if iq { "late.cs16" } else { "late.i16" };
         let path = file(name, &words(values.map(|x| 32767.0 * x)));
-        let ramp = [
-            "--rate",
-            "200k",
-            "--chirp-s",
-            "5e-3",
-            "--bandwidth-hz",
-            "200M",
-            "--carrier-hz",
-            "24G",
-        ];
         let more = ["--velocity-mps=-1:1", "--find-ramps", "--json"];
         let all = lines(ANALYZE, &[&[&path[..]], &ramp[..], &more[..]].concat());
         let count = (0.4 / period_s) as usize - 2;
@@ -696,27 +688,21 @@ fn ramps_are_found() {
         );
     }
     // A tone has no ramps, nor has noise.
-    let ramp = [
-        "--rate",
-        "200k",
-        "--chirp-s",
-        "5e-3",
-        "--bandwidth-hz",
-        "200M",
-        "--carrier-hz",
-        "24G",
-        "--find-ramps",
-    ];
     for amplitude in [0.0, 0.2] {
         let none = samples(
             &json!({"seed": 3, "rate_hz": 200e3, "seconds": 0.4, "receiver": {"noise": {"rms": 0.02}},
             "sources": [{"tone": {"frequency_hz": 3291.0, "amplitude": amplitude}}]}),
         );
         let path = file("none.i16", &words(none.iter().map(|x| 32767.0 * x[0])));
-        refused(ANALYZE, &[&[&path[..]], &ramp[..]].concat(), "no ramps that repeat");
+        refused(
+            ANALYZE,
+            &[&[&path[..], "--find-ramps"], &ramp[..]].concat(),
+            "no ramps that repeat",
+        );
     }
     let path = file("none.i16", &words((0..80_000).map(|n| f64::from(n % 50))));
-    refused(ANALYZE, &[&[&path[..]], &ramp[..], &["--shape", "triangle"]].concat(), "look alike");
+    let triangle = ["--find-ramps", "--shape", "triangle"];
+    refused(ANALYZE, &[&[&path[..]], &ramp[..], &triangle].concat(), "look alike");
 }
 
 /// The clock of a converter that samples 37 millionths too fast.

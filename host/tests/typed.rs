@@ -14,7 +14,7 @@ use std::process::{Command, Output};
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
 /// Beginnings of commands that cannot run here, and why.
-const LEFT_OUT: [(&str, &str); 18] = [
+const LEFT_OUT: [(&str, &str); 19] = [
     ("git clone", "it fetches the repository; this test is in a clone"),
     ("cargo lab", "it is the developers' program; lab/tests runs its commands"),
     (
@@ -43,6 +43,7 @@ const LEFT_OUT: [(&str, &str); 18] = [
         "pip install",
         "it changes the reader's Python; host-tests/tests/python.rs installs the wheel",
     ),
+    ("jupyter nbconvert", "it needs a notebook's packages; host-tests/tests/python.rs runs it"),
     (
         "cargo picket demo --board pico --replay car.bin",
         "the reader's recording; host-tests/tests/pico/demo.rs replays one",
