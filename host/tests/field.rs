@@ -371,6 +371,24 @@ fn arrays_of_chirps() {
         verdicts.len() == 20 && errors.len() >= 19 && errors.iter().all(|error| *error < 5.0),
         "{verdicts:?} {errors:?}"
     );
+    // A logger writes an object a sample.
+    let tone = samples(
+        &json!({"seed": 4, "rate_hz": 1000.0, "seconds": 4.0, "receiver": {"noise": {"snr_db": 30}},
+        "sources": [{"tone": {"frequency_hz": 60.37, "amplitude": 0.5}}]}),
+    );
+    let objects = tone.iter().enumerate().map(|(n, x)| {
+        json!({"t": 1000 * n, "pin": "A0", "value": {"adc": (2048.0 + 2000.0 * x[0]).round()}})
+    });
+    let objects: Vec<String> = objects.map(|it| it.to_string()).collect();
+    for (name, text) in
+        [("logger.jsonl", objects.join("\n")), ("logger.json", format!("[{}]", objects.join(",")))]
+    {
+        let path = file(name, text.as_bytes());
+        assert!(look(&path, &[]).contains("microseconds"), "{name}");
+        let (errors, verdicts) = measured(&path, &["--n", "1024"], 60.37 / 1000.0);
+        assert!(verdicts.len() == 3 && errors.len() == 3, "{name}: {verdicts:?}");
+        assert!(errors.iter().all(|error| *error < 5.0), "{name}: {errors:?}");
+    }
 }
 
 #[test]
@@ -687,6 +705,31 @@ fn ramps_are_found() {
             "is no trigger",
         );
     }
+    // A triangle's pulses come with its rising ramps.
+    let triangle = ["--shape", "triangle"];
+    let waveform =
+        json!({"shape": "triangle", "carrier_hz": 24e9, "bandwidth_hz": 200e6, "ramp_s": 5e-3});
+    let chirps = samples(
+        &json!({"seed": 5, "rate_hz": 200e3, "seconds": 0.4, "waveform": waveform, "receiver": {"noise": {"snr_db": 20}},
+        "sources": [{"target": {"range_m": 12.34, "velocity_mps": 0.7, "amplitude": 0.2}}]}),
+    );
+    let rows = chirps[1731..].iter().enumerate().map(|(n, x)| {
+        format!("{:.5},{:.2}\n", x[0], if (n + 1731) % 2000 < 20 { 3.3 } else { 0.0 })
+    });
+    let path = file("triangle.csv", rows.collect::<String>().as_bytes());
+    let more = ["--velocity-mps=-2:2", "--channel", "1", "--trigger", "2", "--json"];
+    let all = lines(ANALYZE, &[&[&path[..]], &ramp[..], &triangle, &more].concat());
+    assert!(all.len() >= 38, "{} triangles", all.len());
+    for line in &all {
+        let number = |key: &str| line[key].as_f64().unwrap();
+        assert_eq!(line["verdict"], "good", "{line}");
+        let off = (number("velocity_mps") - 0.7).abs();
+        assert!(off < 6.0 * number("sigma_velocity_mps"), "{line}");
+        // The range is that of a moment in the triangle.
+        let start = 12.34 - 0.7 * (number("time_s") + 1731.0 / 200e3);
+        let off = (number("range_m") - start).abs();
+        assert!(off < 6.0 * number("sigma_range_m") + 0.7 * 10e-3, "{line}");
+    }
     // A tone has no ramps, nor has noise.
     for amplitude in [0.0, 0.2] {
         let none = samples(
@@ -701,8 +744,8 @@ fn ramps_are_found() {
         );
     }
     let path = file("none.i16", &words((0..80_000).map(|n| f64::from(n % 50))));
-    let triangle = ["--find-ramps", "--shape", "triangle"];
-    refused(ANALYZE, &[&[&path[..]], &ramp[..], &triangle].concat(), "look alike");
+    let all = [&[&path[..], "--find-ramps"], &ramp[..], &triangle].concat();
+    refused(ANALYZE, &all, "look alike");
 }
 
 /// The clock of a converter that samples 37 millionths too fast.

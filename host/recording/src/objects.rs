@@ -1,9 +1,11 @@
 //! Samples in JSON: a list, or objects with lists of numbers, as OmniPreSense's OPS243 writes I and Q line by line. What several
-//! objects have of one name is one array; where one ends and the next begins samples may be missing.
+//! objects have of one name is one array; where one ends and the next begins samples may be missing. Objects of single numbers, as a logger
+//! writes them, are the rows of a table.
 
 use super::arrays::{self, Array};
 use super::input::Input;
-use super::{Opened, Options, RecordingError, text};
+use super::times::Timing;
+use super::{Opened, Options, RecordingError, columns, text};
 use serde_json::{Deserializer, Value};
 use std::io::Read;
 use std::path::Path;
@@ -12,6 +14,9 @@ use std::path::Path;
 const LONGEST: u64 = 1 << 26;
 /// Objects within each other.
 const DEEP: usize = 16;
+
+/// What separates a table's cells and lines.
+const SEPARATORS: [char; 4] = [',', ';', '\n', '\r'];
 
 /// Numbers of a name.
 struct Series {
@@ -23,7 +28,12 @@ struct Series {
     length: Option<u64>,
 }
 
-pub(super) fn open(path: &Path, input: Input, options: &Options) -> Result<Opened, RecordingError> {
+pub(super) fn open(
+    path: &Path,
+    input: Input,
+    options: &Options,
+    timing: Option<&Timing>,
+) -> Result<Opened, RecordingError> {
     let wrong = |what: String| RecordingError::Columns(path.into(), what);
     let mut text = String::new();
     let read = text::reader(input).take(LONGEST).read_to_string(&mut text);
@@ -31,11 +41,17 @@ pub(super) fn open(path: &Path, input: Input, options: &Options) -> Result<Opene
     if text.len() as u64 >= LONGEST {
         return Err(wrong("JSON longer than 64 MB: save it as npy or csv".into()));
     }
-    let mut all: Vec<Series> = Vec::new();
+    let (mut all, mut rows): (Vec<Series>, Vec<Value>) = (Vec::new(), Vec::new());
     let mut values = Deserializer::from_str(&text).into_iter::<Value>();
     for value in values.by_ref() {
         match value {
-            Ok(value) => gather("", &value, DEEP, &mut all),
+            Ok(value) => {
+                gather("", &value, DEEP, &mut all);
+                match value {
+                    Value::Array(list) => rows.extend(list.into_iter().filter(Value::is_object)),
+                    value => rows.push(value),
+                }
+            }
             // A last line may be cut off.
             Err(_) if !all.is_empty() => break,
             Err(error) => {
@@ -45,6 +61,10 @@ pub(super) fn open(path: &Path, input: Input, options: &Options) -> Result<Opene
         }
     }
     let most = all.iter().map(|it| it.numbers.len()).max().unwrap_or(0);
+    if most < 2 && rows.len() > 1 {
+        let table = table(&rows).into_bytes();
+        return columns::open(path, Input::from_bytes(path, table.into())?, options, timing);
+    }
     if most < 2 {
         return Err(wrong("no list of numbers in it".into()));
     }
@@ -66,6 +86,33 @@ pub(super) fn open(path: &Path, input: Input, options: &Options) -> Result<Opene
         }
         _ => opened,
     })
+}
+
+/// The single values of objects, a row each, below the names of the first one's.
+fn table(rows: &[Value]) -> String {
+    let cells: Vec<_> = rows.iter().map(|row| singles("", row, DEEP)).collect();
+    let names: Vec<&str> = cells[0].iter().map(|(name, _)| *name).collect();
+    let line = |row: &Vec<(&str, String)>| -> String {
+        let cell = |name: &&str| row.iter().find(|it| it.0 == *name).map(|(_, cell)| cell.as_str());
+        names.iter().map(|name| cell(name).unwrap_or("")).collect::<Vec<_>>().join(",")
+    };
+    let head: Vec<String> = names.iter().map(|name| name.replace(SEPARATORS, " ")).collect();
+    let lines = std::iter::once(head.join(",")).chain(cells.iter().map(line));
+    lines.map(|line| line + "\n").collect()
+}
+
+/// The numbers of an object and what begins with a digit, as a time does, with their names.
+fn singles<'a>(name: &'a str, value: &'a Value, deep: usize) -> Vec<(&'a str, String)> {
+    match value {
+        Value::Number(number) => vec![(name, number.to_string())],
+        Value::String(text) if text.starts_with(|it: char| it.is_ascii_digit()) => {
+            vec![(name, text.replace(SEPARATORS, " "))]
+        }
+        Value::Object(object) if deep > 0 => {
+            object.iter().flat_map(|(name, value)| singles(name, value, deep - 1)).collect()
+        }
+        _ => Vec::new(),
+    }
 }
 
 /// The numbers of a value, by their names.

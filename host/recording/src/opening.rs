@@ -74,7 +74,7 @@ pub(super) fn opened(
         }
         Format::Csv => columns::open(path, input, options, timing),
         #[cfg(feature = "json")]
-        Format::Json => objects::open(path, input, options),
+        Format::Json => objects::open(path, input, options, timing),
         #[cfg(not(feature = "json"))]
         Format::Json => Err(RecordingError::Packed(path.into())),
         _ => raw::open(path, input, format, options),

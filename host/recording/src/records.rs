@@ -52,7 +52,7 @@ impl Records {
         }
         let of_record = |head: &[u8]| {
             let text = super::text::decoded(head);
-            text.contains("\"re\"") || text.contains("\"kind\"") || !text.contains('[')
+            text.contains("\"re\"") || !text.contains(['[', ':'])
         };
         Input::open(path).map_or(true, |input| of_record(&input.head))
     }
