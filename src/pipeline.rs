@@ -16,9 +16,11 @@ pub(crate) use ramps::Ramps;
 use crate::acquire::burst::Cut;
 use crate::acquire::sample::{Data, Record, Stamp};
 use crate::burst::{self, Burst};
+use crate::math::scalar::Scalar as _;
 use crate::plan::{Plan, Solver, Terms};
 use crate::solve::chirp::Target;
 use crate::solve::doppler::{self, Velocity};
+use crate::solve::uncertainty::{Total, Uncertainty};
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::{Engine, I32};
 use crate::tone::evidence::Evidence;
@@ -42,6 +44,25 @@ pub struct Measurement {
     pub tone: Tone,
     /// The velocity or target computed from the tone(s).
     pub result: Outcome,
+}
+
+impl Measurement {
+    /// The whole error of the tone and of what follows from it, by what is not known of the sensor. `angle_rad` is the angle between beam and
+    /// motion for which a velocity was solved.
+    pub fn total(&self, known: &Uncertainty, angle_rad: f32) -> Total {
+        let clock = 1e-6 * known.clock_ppm * self.tone.frequency.cycles_f32();
+        let frequency = (self.tone.sigma * self.tone.sigma + clock * clock).root();
+        let [range, velocity] = match &self.result {
+            Outcome::None => [0.0; 2],
+            Outcome::Target(target) => known.of_target(target, angle_rad).total(),
+            Outcome::Velocity(answer) => {
+                let (velocity, sigma_velocity) = (Some(answer.velocity), answer.sigma);
+                let target = Target { velocity, sigma_velocity, ..Target::default() };
+                [0.0, known.of_target(&target, angle_rad).total()[1]]
+            }
+        };
+        Total { frequency, range, velocity }
+    }
 }
 
 /// The result of a measurement beyond its tone.

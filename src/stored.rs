@@ -12,6 +12,7 @@
 use crate::acquire::sample::{Segment, Stamp};
 use crate::solve::candidates::CANDIDATES;
 use crate::solve::displacement::Displacement;
+use crate::solve::uncertainty::Uncertainty;
 use crate::tone::FrequencyDrift;
 use crate::tone::harmonic::Harmonic;
 use crate::tone::threshold::FALSE_ALARM;
@@ -81,6 +82,9 @@ defaults! {
     }
     struct Following { most: u8, refresh: u8, rate_bins: f32 }
     struct Carrier { linewidth_hz: f32, envelope_hz: f32 }
+    struct Uncertainty {
+        clock_ppm: f32, carrier_ppm: f32, slope_ppm: f32, angle_rad: f32, range_offset_m: f32, phase_rad: f32,
+    }
     struct Trigger { ratio: Option<f32>, hold_off: u32, least: u32 }
 }
 

@@ -188,6 +188,7 @@ fn number(measurement: &Measurement) {
         method: Method::default(),
         health: Health { lost: 0, faults: 0 },
         basis: None,
+        uncertainty: None,
     };
     let mut reader = Reader::default();
     let frame = record.to_frame();

@@ -89,7 +89,9 @@ fn measured<R: Record, const N: usize>(
         let stamp = header.timing().stamp(sequence as u64, false);
         let measurement = pipeline.block(&stamp, samples);
         let (method, health) = (plan.options.method, Health::default());
-        telemetry.extend(Telemetry { measurement, method, health, basis: None }.to_frame());
+        telemetry.extend(
+            Telemetry { measurement, method, health, basis: None, uncertainty: None }.to_frame(),
+        );
     }
     (capture, telemetry)
 }

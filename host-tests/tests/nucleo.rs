@@ -107,7 +107,8 @@ impl<R: Record> Here<R> {
     fn record(&mut self, stamp: Stamp, samples: &[R::Sample; N], health: Health) -> Telemetry {
         let measurement = self.pipeline.block(&stamp, samples);
         let basis = Some(self.plan.basis(tree().source.clock()));
-        Telemetry { measurement, method: self.plan.plan.options.method, health, basis }
+        let (method, uncertainty) = (self.plan.plan.options.method, self.plan.total(&measurement));
+        Telemetry { measurement, method, health, basis, uncertainty }
     }
 
     fn stamp(&self, number: u64, gap: bool) -> Stamp {
@@ -344,7 +345,8 @@ fn a_tone_is_followed_and_a_held_one_leaves_the_core_asleep() {
         let stamp = plan.timing.stamp(number, false);
         let measurement = tracker.block(&stamp, &samples);
         let basis = Some(plan.basis(tree().source.clock()));
-        let expected = Telemetry { measurement, method, health: Health::default(), basis };
+        let expected =
+            Telemetry { measurement, method, health: Health::default(), basis, uncertainty: None };
         assert_eq!(next_record(&mut board).to_bytes(), expected.to_bytes(), "block {number}");
         let follow = board.expect(|said| match said {
             Said::Follow(follow) => Some(follow),

@@ -7,6 +7,7 @@ use picket_dsp::pipeline::{Measurement, Outcome};
 use picket_dsp::solve::candidates::{Ambiguity, Candidate, Candidates};
 use picket_dsp::solve::chirp::Target;
 use picket_dsp::solve::doppler::Velocity;
+use picket_dsp::solve::uncertainty::Total;
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::{Tone, Verdict, Verdicts};
 use picket_host::device::{Listener, Said};
@@ -97,6 +98,11 @@ fn any_record(sequence: u32, rng: &mut impl Rng) -> Telemetry {
             settings: rng.random(),
             clock: Clock::from_u8(rng.random_range(0..3)).unwrap(),
             effort: rng.random_range(0..=3),
+        }),
+        uncertainty: rng.random::<bool>().then(|| Total {
+            frequency: rng.random(),
+            range: rng.random(),
+            velocity: rng.random(),
         }),
     }
 }

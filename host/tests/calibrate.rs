@@ -77,7 +77,10 @@ impl Bench {
             let stamp = Stamp { sequence, clock: 1024 * u64::from(sequence), ..Stamp::default() };
             let measurement = Measurement { stamp, tone, ..Measurement::default() };
             let (method, health) = (Method::LeastSquaresReal, Health::default());
-            bytes.extend(Telemetry { measurement, method, health, basis: None }.to_frame());
+            bytes.extend(
+                Telemetry { measurement, method, health, basis: None, uncertainty: None }
+                    .to_frame(),
+            );
         }
         bytes
     }
@@ -357,7 +360,7 @@ fn clocked(mut port: serialport::TTYPort, ratio: f64, tell: mpsc::Sender<Order>)
             let stamp = Stamp { sequence, clock, ..Stamp::default() };
             let measurement = Measurement { stamp, tone, ..Measurement::default() };
             let (method, health) = (Method::LeastSquaresReal, Health::default());
-            let record = Telemetry { measurement, method, health, basis: None };
+            let record = Telemetry { measurement, method, health, basis: None, uncertainty: None };
             if line.write_all(&record.to_frame()).is_err() {
                 return;
             }
@@ -404,6 +407,13 @@ fn the_clock_is_compared_with_this_machines() {
     assert!(check.len() == 1 && check[0]["rate_check"] == "wrong", "{check:?}");
     assert!((number(&check[0]["rate_error_ppm"]) + 2e5).abs() < 2e3, "{check:?}");
     assert!(number(&check[0]["seconds"]) < 5.0 && check[0]["clock_ppm"].is_null(), "{check:?}");
+    // Each answer after that says so, none before.
+    let told = lines.iter().position(|line| !line["rate_check"].is_null()).unwrap();
+    for (at, line) in lines.iter().enumerate().filter(|(_, line)| !line["sequence"].is_null()) {
+        let says =
+            line["also"].as_array().is_some_and(|all| all.iter().any(|it| it == "wrong-rate"));
+        assert_eq!(says, at > told, "{line}");
+    }
     let summary = lines.last().unwrap();
     assert!((number(&summary["rate_error_ppm"]) + 2e5).abs() < 2e3, "{summary}");
 

@@ -47,9 +47,15 @@ fn record(sequence: u32) -> Vec<u8> {
     };
     let measurement = Measurement { stamp, clipped: 0, tone, result: Outcome::None };
     let health = Health { lost: 3, faults: 1 };
-    Telemetry { measurement, method: Method::LeastSquaresReal, health, basis: None }
-        .to_frame()
-        .to_vec()
+    Telemetry {
+        measurement,
+        method: Method::LeastSquaresReal,
+        health,
+        basis: None,
+        uncertainty: None,
+    }
+    .to_frame()
+    .to_vec()
 }
 
 /// What a device says: its start, its settings, measurements 0 to 9 without 4 and 5, damage, a status.

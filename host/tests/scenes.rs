@@ -48,9 +48,15 @@ fn block(sequence: u32, rate_hz: f64) -> Vec<u8> {
     };
     let measurement = Measurement { stamp, clipped: 0, tone, result: Outcome::None };
     let method = Method::LeastSquaresReal;
-    let mut bytes = Telemetry { measurement, method, health: Health::default(), basis: None }
-        .to_frame()
-        .to_vec();
+    let mut bytes = Telemetry {
+        measurement,
+        method,
+        health: Health::default(),
+        basis: None,
+        uncertainty: None,
+    }
+    .to_frame()
+    .to_vec();
     let phasor = ToneWithPhase { tone, phase: 0.5, sigma_phase: 0.01 };
     bytes.extend(Lines::from_tones(&stamp, [phasor, phasor].into_iter().collect()).to_frame());
     bytes.extend(Fundamental::from_harmonic(&stamp, Harmonic { tone, orders: 3 }).to_frame());

@@ -74,6 +74,7 @@ fn records_of_another_version_are_told() {
         method: Method::default(),
         health: Health::default(),
         basis: None,
+        uncertainty: None,
     };
     let mut bytes = record.to_bytes();
     bytes[0] = 2;
@@ -113,7 +114,8 @@ fn the_tones_of_a_block_are_shown() {
         // Earlier programs tell no settings.
         let basis = Basis { settings: 0x00C0_FFEE, clock: Clock::Internal, effort: 1 };
         let basis = (sequence > 0).then_some(basis);
-        bytes.extend(Telemetry { measurement, method, health, basis }.to_frame());
+        bytes
+            .extend(Telemetry { measurement, method, health, basis, uncertainty: None }.to_frame());
         bytes.extend(Lines::from_tones(&stamp, phasors.into_iter().collect()).to_frame());
     }
     let file = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("tones.bin");

@@ -363,7 +363,8 @@ where
         let (settings, clock) = (self.boot.settings, self.boot.clock);
         let effort = self.plan.plan.options.effort.available().rounds();
         let basis = Some(Basis { settings, clock, effort });
-        self.send(port, &Telemetry { measurement, method, health, basis }.to_frame());
+        let uncertainty = self.plan.total(&measurement);
+        self.send(port, &Telemetry { measurement, method, health, basis, uncertainty }.to_frame());
         if let Some(sum) = sum {
             self.send(port, &sum.to_frame());
         }

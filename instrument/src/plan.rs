@@ -5,8 +5,10 @@ use picket_dsp::accumulate::MOST_BLOCKS;
 use picket_dsp::acquire::burst::Trigger;
 use picket_dsp::acquire::frontend::Timing;
 use picket_dsp::config::{Config, Scene};
+use picket_dsp::pipeline::Measurement;
 use picket_dsp::plan::EitherPlan;
 use picket_dsp::solve::equations::Chirp;
+use picket_dsp::solve::uncertainty::Total;
 use picket_dsp::{Effort, Method};
 use picket_wire::boot::Clock;
 use picket_wire::settings::{Calibration, Drive, GUARD, Mode, Settings};
@@ -35,7 +37,8 @@ impl<const N: usize> Plan<N> {
     pub fn new(settings: &Settings, rate_hz: f64) -> Result<Self, SettingsError> {
         let Calibration { clock_ppm, range_offset_m, range_slope } = settings.calibration;
         let right = clock_ppm.abs() <= Calibration::MOST_PPM && range_offset_m.is_finite();
-        if !(right && (0.5..=2.0).contains(&range_slope)) {
+        let told = settings.uncertainty.is_none_or(|known| known.is_valid());
+        if !(right && told && (0.5..=2.0).contains(&range_slope)) {
             return Err(SettingsError::Calibration);
         }
         let chirp = matches!(settings.config.scene, Scene::Chirp(_));
@@ -66,6 +69,15 @@ impl<const N: usize> Plan<N> {
     pub fn basis(&self, clock: Clock) -> Basis {
         let settings = checksum::of_bytes(&self.settings.to_bytes(N));
         Basis { settings, clock, effort: self.plan.options.effort.available().rounds() }
+    }
+
+    /// The whole error of a measurement, if the settings tell what is not known of the sensor.
+    pub fn total(&self, measurement: &Measurement) -> Option<Total> {
+        let angle_rad = match self.settings.config.scene {
+            Scene::Doppler { angle_rad, .. } => angle_rad as f32,
+            _ => 0.0,
+        };
+        self.settings.uncertainty.map(|known| measurement.total(&known, angle_rad))
     }
 
     /// Checks settings for a board that can neither make a chirp nor follow one, and whose worst block is not known: where the settings leave

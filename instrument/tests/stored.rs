@@ -7,6 +7,7 @@ use picket_dsp::config::{Config, Following, Scene};
 use picket_dsp::methods::registry::Method;
 use picket_dsp::solve::chirp::{Mixing, Shape};
 use picket_dsp::solve::equations::Chirp;
+use picket_dsp::solve::uncertainty::Uncertainty;
 use picket_dsp::tone::arithmetic::Arithmetic;
 use picket_dsp::tone::effort::Effort;
 use picket_dsp::tone::fit::Reach;
@@ -97,6 +98,7 @@ prop_compose! {
         bits in any::<[bool; 4]>(),
         effort in proptest::option::of(select(Effort::ALL)),
         tones in (1..=4u8, prop_oneof![Just(0), 2..=15u8]),
+        known in proptest::option::of(any::<[f32; 6]>()),
     ) -> Settings {
         let [core_mhz, guard, report_every, slots, low, high] = words;
         let [reference_hz, start_hz, ppm, offset, slope] = numbers;
@@ -130,6 +132,18 @@ prop_compose! {
                 range_offset_m: offset as f32,
                 range_slope: slope as f32,
             },
+            uncertainty: known.map(
+                |[clock_ppm, carrier_ppm, slope_ppm, angle_rad, range_offset_m, phase_rad]| {
+                    Uncertainty {
+                        clock_ppm,
+                        carrier_ppm,
+                        slope_ppm,
+                        angle_rad,
+                        range_offset_m,
+                        phase_rad,
+                    }
+                },
+            ),
         }
     }
 }

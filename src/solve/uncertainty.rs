@@ -76,6 +76,18 @@ pub struct Part {
     pub velocity: f32,
 }
 
+/// One standard deviation of each number of an answer by all sources together (k = 1); 0 where the answer has no such number.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Total {
+    /// Of the frequency, cycles per sample.
+    pub frequency: f32,
+    /// Of the range, metres.
+    pub range: f32,
+    /// Of the velocity, metres per second.
+    pub velocity: f32,
+}
+
 /// The parts of an answer's error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

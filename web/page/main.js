@@ -322,10 +322,12 @@ function describe() {
   charts.second.describe(`${$("second-title").textContent}, over time, with sigma`);
 }
 
-function figureOf(name, value, sigma, unit, small) {
+/** A value with its sigma, and beside it the whole error where the settings tell what is not known of the sensor. */
+function figureOf(name, value, sigma, unit, small, whole) {
   const known = Number.isFinite(value) && sigma > 0;
   const [digits, spread] = known ? figure(value, sigma) : ["\u2013", ""];
-  return boxOf(name, digits, unit, spread && `\u00b1 ${spread} ${unit}`, small);
+  const all = known && whole > 0 ? `, \u00b1 ${figure(value, whole)[1]} ${unit} in all` : "";
+  return boxOf(name, digits, unit, spread && `\u00b1 ${spread} ${unit}${all}`, small);
 }
 
 function boxOf(name, digits, unit, spread, small) {
@@ -361,14 +363,14 @@ function show(row) {
     truths.push(`${signed(known.toFixed(Math.min(9, figure(value, sigma)[1].length - 1)))} ${unit}${off}`);
   };
   if (target && Number.isFinite(target.range_m)) {
-    figures.push(figureOf("Range", target.range_m, target.sigma_range_m, "m"));
+    figures.push(figureOf("Range", target.range_m, target.sigma_range_m, "m", false, target.uncertainty_range_m));
     truth(target.truth_m, target.range_m, target.sigma_range_m, "m");
   }
   if (target && Number.isFinite(target.velocity_mps)) {
-    figures.push(figureOf("Velocity", target.velocity_mps, target.sigma_velocity_mps, "m/s"));
+    figures.push(figureOf("Velocity", target.velocity_mps, target.sigma_velocity_mps, "m/s", false, target.uncertainty_velocity_mps));
     truth(target.truth_mps, target.velocity_mps, target.sigma_velocity_mps, "m/s");
   }
-  figures.push(figureOf(page.frames ? "Beat" : ramp.segment ? "Beat of the rising ramp" : "Frequency", ...tone, units.frequency, Boolean(target)));
+  figures.push(figureOf(page.frames ? "Beat" : ramp.segment ? "Beat of the rising ramp" : "Frequency", ...tone, units.frequency, Boolean(target), units.frequency === "Hz" ? ramp.uncertainty_hz : NaN));
   if (!target) truth(ramp.truth_hz, ...tone, "Hz");
   if (row.validation) figures.push(boxOf(`Burst, ${row.validation}`, `${(1e3 * row.transit_s).toFixed(2)}`, "ms in the beams", "", true));
   if (page.name === "microphone" && !nothing) {

@@ -85,6 +85,12 @@ answer! {
     lost,
     /// Faults of its converters' chain.
     faults,
+    /// The frequency's whole error, where a board's settings tell what is not known of the sensor.
+    uncertainty_hz,
+    /// The range's.
+    uncertainty_range_m,
+    /// The velocity's.
+    uncertainty_velocity_mps,
 }
 
 impl Answer {

@@ -114,6 +114,11 @@ impl Board {
         row.snr_db = 10.0 * libm::log10(tone.snr.into());
         row.lost = record.health.lost.into();
         row.faults = record.health.faults.into();
+        if let Some(total) = record.uncertainty {
+            row.uncertainty_hz = f64::from(total.frequency) * rate_hz;
+            row.uncertainty_range_m = total.range.into();
+            row.uncertainty_velocity_mps = total.velocity.into();
+        }
         row
     }
 

@@ -53,7 +53,13 @@ impl Burst {
         // The cast saturates.
         let stamp = Stamp { sequence: self.number, clock: arrival as u64, ..Stamp::default() };
         let measurement = Measurement { stamp, clipped: 0, tone, result: self.result };
-        Telemetry { measurement, method: Method::LeastSquares, health: self.health, basis: None }
+        Telemetry {
+            measurement,
+            method: Method::LeastSquares,
+            health: self.health,
+            basis: None,
+            uncertainty: None,
+        }
     }
 }
 

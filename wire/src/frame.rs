@@ -12,7 +12,7 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use heapless::Vec;
 
 /// The largest payload, bytes.
-pub const PAYLOAD: usize = 232;
+pub const PAYLOAD: usize = 240;
 /// The largest frame before stuffing, bytes.
 const PLAIN: usize = 1 + PAYLOAD + 4;
 /// The largest frame on the wire, bytes.

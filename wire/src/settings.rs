@@ -19,6 +19,7 @@ use picket_dsp::acquire::burst::Trigger;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::pipeline::{Measurement, Outcome};
+use picket_dsp::solve::uncertainty::Uncertainty;
 use picket_dsp::spectrum::fft::twiddle::supported;
 use picket_dsp::tone::effort::Effort;
 use picket_dsp::tone::lines::MOST;
@@ -164,6 +165,8 @@ pub struct Settings {
     pub effort: Option<Effort>,
     /// Corrections of rate and range.
     pub calibration: Calibration,
+    /// What is not known of the sensor: with it each block's telemetry has the whole error beside sigma.
+    pub uncertainty: Option<Uncertainty>,
 }
 
 impl Default for Settings {
@@ -185,6 +188,7 @@ impl Default for Settings {
             worst_case: false,
             effort: None,
             calibration: Calibration::default(),
+            uncertainty: None,
         }
     }
 }
@@ -222,6 +226,24 @@ layout! {
         calibration: Calibration,
         /// The most rounds of the joint fit; without it the most whose worst known block lasts no longer than a block does.
         effort: Option<Effort> = None,
+        /// What is not known of the sensor.
+        uncertainty: Option<Uncertainty> = None,
+    }
+
+    /// What is not known of a sensor, each as one standard deviation.
+    Uncertainty {
+        /// Of the sample clock, parts per million.
+        clock_ppm: f32,
+        /// Of the carrier, parts per million.
+        carrier_ppm: f32,
+        /// Of the sweep's slope, parts per million.
+        slope_ppm: f32,
+        /// Of the angle between beam and motion, radians.
+        angle_rad: f32,
+        /// Of the range's offset, m.
+        range_offset_m: f32,
+        /// Of the phase of a target at 0 m, radians.
+        phase_rad: f32,
     }
 
     /// Corrections from a comparison with known references.

@@ -68,8 +68,7 @@ pub enum SettingsError {
     /// The sync input needs the gate of the sample clock, which the fastest rate does not have, and which
     /// counts no longer chirp than 2^32 of the timer's ticks.
     Sync,
-    /// A correction is not a number, the clock's is above 1000 ppm, or the slope is outside 0.5 to
-    /// 2.
+    /// A correction is not a number, the clock's is above 1000 ppm, the slope is outside 0.5 to 2, or an uncertainty is negative.
     Calibration,
     /// The settings follow tones, which this board cannot do.
     Tracking,
@@ -144,7 +143,9 @@ impl SettingsError {
             [9, _] => {
                 "the sync input works neither at the fastest rate nor for chirps of 47 s or more: change rate_hz"
             }
-            [10, _] => "calibration: at most 1000 ppm, slope 0.5 to 2",
+            [10, _] => {
+                "calibration: at most 1000 ppm, slope 0.5 to 2; uncertainty: each standard deviation finite, 0 or more"
+            }
             [11, _] => {
                 "this older image searches I/Q on one side of 0 Hz only, three bins away or more: flash a newer one, or narrow band_hz"
             }

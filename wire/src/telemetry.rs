@@ -4,6 +4,7 @@ use crate::boot::Clock;
 use crate::layout::{layout, record};
 use picket_dsp::methods::registry::Method;
 use picket_dsp::pipeline::Measurement;
+use picket_dsp::solve::uncertainty::Total;
 
 /// By what a record was measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,6 +40,8 @@ pub struct Telemetry {
     pub health: Health,
     /// The settings, clock and effort of the measurement, if the program reports them.
     pub basis: Option<Basis>,
+    /// The whole error, if the settings tell what is not known of the sensor.
+    pub uncertainty: Option<Total>,
 }
 
 layout! {
@@ -70,6 +73,18 @@ layout! {
         health: Health,
         /// By what it was measured.
         basis: Option<Basis>,
+        /// The whole error, if the settings tell what is not known of the sensor.
+        uncertainty: Option<Total> = None,
+    }
+
+    /// One standard deviation of each number of an answer by all sources together (k = 1); 0 where the answer has no such number.
+    Total {
+        /// Of the frequency, cycles per sample.
+        frequency: f32,
+        /// Of the range, m.
+        range: f32,
+        /// Of the velocity, m/s.
+        velocity: f32,
     }
 }
 
@@ -107,7 +122,13 @@ mod tests {
             let result = Outcome::Velocity(velocity);
             let measurement = Measurement { tone, result, ..Measurement::default() };
             let health = Health::default();
-            let record = Telemetry { measurement, method: Method::default(), health, basis: None };
+            let record = Telemetry {
+                measurement,
+                method: Method::default(),
+                health,
+                basis: None,
+                uncertainty: None,
+            };
             Telemetry::from_bytes(&record.to_bytes())
         };
         assert!(told(tone, velocity).is_ok());
@@ -142,7 +163,7 @@ mod tests {
         {
             let result = Outcome::Target(Target { ambiguity, ..target });
             let measurement = Measurement { result, ..Measurement::default() };
-            let record = Telemetry { measurement, method, health, basis };
+            let record = Telemetry { measurement, method, health, basis, uncertainty: None };
             let bytes = record.to_bytes();
             assert_eq!(Telemetry::from_bytes(&bytes), Ok(record));
             let full = bytes.len() == Telemetry::BYTES;

@@ -129,7 +129,9 @@ unsafe fn call(operation: u32, block: &[u32; 3]) -> u32 {
 
 /// Sends the telemetry of a measurement.
 pub fn send(measurement: Measurement, method: Method, health: Health) {
-    Uart::ZERO.send(&Telemetry { measurement, method, health, basis: None }.to_frame());
+    Uart::ZERO.send(
+        &Telemetry { measurement, method, health, basis: None, uncertainty: None }.to_frame(),
+    );
 }
 
 /// Ends the emulation with a line on the second serial port.

@@ -1,6 +1,8 @@
 //! Several tones of a block, and a fundamental.
 
 use super::*;
+use picket_dsp::solve::chirp::Mixing;
+use picket_dsp::solve::uncertainty::Uncertainty;
 use picket_firmware::nucleo_f446re::words::HARMONICS_CYCLES;
 use picket_host::device::Listener;
 use picket_wire::fundamental::Fundamental;
@@ -73,6 +75,52 @@ fn several_tones_of_a_block_are_those_of_this_machine() {
     fits(&mut board, "with four tones");
     let longest: Vec<f64> = longest.into_iter().map(f64::from).collect();
     hold("board, instructions of blocks of 4, 2 and 1 tones", 1.0, &longest);
+}
+
+/// The whole error of a velocity stands beside its sigma, and is not less than what the settings say is not known.
+#[test]
+fn the_whole_error_stands_beside_sigma() {
+    println!("seed {SEED}");
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let mut board = Board::start(played()).unwrap();
+    boot(&mut board);
+    let (wavelength_m, angle_rad) = (0.0125, 0.5);
+    let scene = Scene::Doppler { wavelength_m, angle_rad, mixing: Mixing::RxConjTx };
+    let known = Uncertainty {
+        clock_ppm: 30.0,
+        carrier_ppm: 40.0,
+        angle_rad: 0.01,
+        ..Uncertainty::default()
+    };
+    let config = Config { scene, ..with_rounds().config };
+    let settings = Settings { config, uncertainty: Some(known), ..with_rounds() };
+    let negative = Uncertainty { clock_ppm: -1.0, ..known };
+    let refused = Settings { uncertainty: Some(negative), ..settings };
+    let refusal = board.request(Command::SetSettings(refused, N)).unwrap();
+    assert_eq!(refusal, Err(Refusal::Settings(SettingsError::Calibration.code())));
+    let answer = board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
+    assert_eq!(Settings::from_bytes(&answer).unwrap().0.uncertainty, Some(known));
+    assert!(boot(&mut board).measuring);
+    let mut here = Here::<Real>::new(&settings);
+    for number in 0..3 {
+        let samples = tone(200.3, 900.0, 30.0, &mut rng);
+        assert!(board.block(&bytes(&samples)).unwrap());
+        let expected = here.record(here.stamp(number, false), &samples, Health::default());
+        let record = next_record(&mut board);
+        assert_eq!(record.to_bytes(), expected.to_bytes(), "block {number}");
+        let (total, tone) = (record.uncertainty.unwrap(), record.measurement.tone);
+        let Outcome::Velocity(answer) = record.measurement.result else { panic!("{record:?}") };
+        let velocity = answer.velocity.to_num::<f64>();
+        // 50 ppm of clock and carrier; tan(0.5) = 0.546302 for each radian of the angle, and 1 + 2 tan^2 = 1.596892 for its square.
+        let parts = [50e-6, 0.546302 * 0.01, 1.596892 * 1e-4 / 2f64.sqrt()];
+        let squares: f64 = parts.iter().map(|part| (part * velocity).powi(2)).sum();
+        let whole = (squares + f64::from(answer.sigma).powi(2)).sqrt();
+        assert!((f64::from(total.velocity) / whole - 1.0).abs() < 1e-4, "{total:?} {whole}");
+        let clock = 30e-6 * 200.3 / N as f64;
+        let whole = (f64::from(tone.sigma).powi(2) + clock * clock).sqrt();
+        assert!((f64::from(total.frequency) / whole - 1.0).abs() < 1e-4, "{total:?} {whole}");
+        assert_eq!(total.range, 0.0);
+    }
 }
 
 /// The board finds the fundamental of a motor ten times weaker than its harmonics, to the bit as this machine does.

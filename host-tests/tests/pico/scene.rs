@@ -160,6 +160,7 @@ pub fn expected(settings: &Settings, samples: &[i16]) -> Vec<Vec<u8>> {
             method,
             health: Health::default(),
             basis: Some(plan.basis(Clock::External)),
+            uncertainty: plan.total(&measurement),
         }
         .to_frame()
         .to_vec()

@@ -100,7 +100,13 @@ fn session(seed: u64) -> Result<Vec<u8>, String> {
         let Some(samples) = samples.as_array() else { return Err("a block is not whole".into()) };
         let measurement = pipeline.block(&stamp, samples);
         let method = instrument.plan.options.method;
-        let record = Telemetry { measurement, method, health: Health::default(), basis: None };
+        let record = Telemetry {
+            measurement,
+            method,
+            health: Health::default(),
+            basis: None,
+            uncertainty: None,
+        };
         bytes.extend(record.to_frame());
     }
     bytes.extend(Status { load: 310, ..Status::default() }.to_frame());

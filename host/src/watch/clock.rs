@@ -52,6 +52,8 @@ struct Running {
     /// When the error is computed next.
     due: Duration,
     told: [bool; 2],
+    /// The rate is wrong, by the last comparison.
+    wrong: bool,
 }
 
 impl HostClock {
@@ -90,6 +92,11 @@ impl HostClock {
     /// The error so far, if there were enough records.
     pub fn error(&self) -> Option<ClockError> {
         self.running.as_ref()?.error()
+    }
+
+    /// Whether the stated rate is not the one at which samples arrive: every number is off by as much.
+    pub fn is_wrong(&self) -> bool {
+        self.running.as_ref().is_some_and(|running| running.wrong)
     }
 
     /// The settings with the clock's error, if it is known well enough, and its sigma.
@@ -147,6 +154,7 @@ impl Running {
             begun: at,
             due: at + SHORTEST,
             told: [false; 2],
+            wrong: false,
         })
     }
 
@@ -159,7 +167,8 @@ impl Running {
         self.due = at + PERIOD;
         let error = self.check.error()?;
         let [known, wrong] = &mut self.told;
-        if error.is_beyond(TOLERANCE_PPM + 1e6 * DELAY_S / error.seconds) {
+        self.wrong = error.is_beyond(TOLERANCE_PPM + 1e6 * DELAY_S / error.seconds);
+        if self.wrong {
             return (!std::mem::replace(wrong, true)).then_some(Told::Wrong(error));
         }
         let is_known = error.sigma_ppm <= KNOWN_PPM && error.ppm.abs() <= TOLERANCE_PPM;
@@ -186,7 +195,7 @@ mod tests {
 
     fn record(measurement: Measurement) -> Telemetry {
         let (method, health) = (Method::LeastSquaresReal, Health::default());
-        Telemetry { measurement, method, health, basis: None }
+        Telemetry { measurement, method, health, basis: None, uncertainty: None }
     }
 
     /// A board, and the host that it is connected to.

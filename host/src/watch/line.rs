@@ -9,6 +9,7 @@ use picket_dsp::acquire::burst::Counters;
 use picket_dsp::acquire::sample::Segment;
 use picket_dsp::fixed::types::I32F32;
 use picket_dsp::pipeline::Outcome;
+use picket_dsp::solve::uncertainty::Total;
 use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_dsp::tone::{Tone, Verdict};
 use picket_wire::boot::{Boot, Clock};
@@ -21,6 +22,9 @@ use picket_wire::telemetry::{Basis, Telemetry};
 use picket_wire::view;
 use serde::Serialize;
 use std::collections::BTreeMap;
+
+/// The reason of an answer whose rate is not the stated one, by this machine's clock.
+const WRONG_RATE: &str = "wrong-rate";
 
 /// What is read of a tone.
 #[derive(Clone, Debug, Serialize)]
@@ -115,6 +119,9 @@ pub struct Row {
     sigma_range_m: Option<f32>,
     velocity_mps: Option<f64>,
     sigma_velocity_mps: Option<f32>,
+    /// The whole error.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    uncertainty: Option<Whole>,
     outcome_verdict: Option<&'static str>,
     ambiguity: Option<&'static str>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -145,6 +152,43 @@ impl From<&Candidate> for Likely {
     fn from(candidate: &Candidate) -> Self {
         let Candidate { range, velocity, odds } = *candidate;
         Self { range_m: range.to_num(), velocity_mps: velocity.to_num(), odds }
+    }
+}
+
+/// One standard deviation of each number by all that the settings say is not known, if they say it.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Whole {
+    uncertainty_hz: Option<f64>,
+    uncertainty_range_m: Option<f32>,
+    uncertainty_velocity_mps: Option<f32>,
+}
+
+impl Whole {
+    /// What a row of the table ends with.
+    fn text(&self) -> String {
+        let hertz = self.uncertainty_hz.filter(|_| self.uncertainty_velocity_mps.is_none());
+        let parts = [
+            (self.uncertainty_range_m.map(f64::from), "m"),
+            (self.uncertainty_velocity_mps.map(f64::from), "m/s"),
+            (hertz, "Hz"),
+        ];
+        let parts = parts.into_iter().filter_map(|(value, unit)| Some((value?, unit)));
+        let parts = parts.map(|(value, unit)| format!("{value:.2e} {unit}"));
+        format!("  ± {} in all", parts.collect::<Vec<_>>().join(", "))
+    }
+
+    fn of(record: &Telemetry, rate_hz: Option<f64>) -> Option<Self> {
+        let Total { frequency, range, velocity } = record.uncertainty?;
+        let [ranged, moving] = match record.measurement.result {
+            Outcome::None => [false; 2],
+            Outcome::Velocity(_) => [false, true],
+            Outcome::Target(target) => [true, target.velocity.is_some()],
+        };
+        Some(Self {
+            uncertainty_hz: rate_hz.map(|rate| f64::from(frequency) * rate),
+            uncertainty_range_m: ranged.then_some(range),
+            uncertainty_velocity_mps: moving.then_some(velocity),
+        })
     }
 }
 
@@ -221,6 +265,7 @@ impl Row {
             sigma_range_m: None,
             velocity_mps: None,
             sigma_velocity_mps: None,
+            uncertainty: Whole::of(record, rate_hz),
             outcome_verdict: None,
             ambiguity: None,
             candidates: Vec::new(),
@@ -272,6 +317,12 @@ impl Row {
         let row = Self::from_record(&burst.record(), rate_hz, listener);
         let time_s = rate_hz.map(|rate| arrival / rate);
         Self { segment: "burst", time_s, transit: Some(transit), ..row }
+    }
+
+    /// Says of an answer that the rate is wrong by which its numbers were computed.
+    pub fn at_wrong_rate(mut self, wrong: bool) -> Self {
+        self.also.extend(wrong.then_some(WRONG_RATE));
+        self
     }
 
     /// The block's number.
@@ -341,12 +392,14 @@ impl Row {
             (Some(Transit { validation, .. }), _) => format!("  {validation}"),
             (None, caution) => caution.map_or(String::new(), |words| format!("  {words}")),
         };
+        let whole = self.uncertainty.map_or(String::new(), |whole| whole.text());
+        let rate = if self.also.contains(&WRONG_RATE) { "  at a wrong rate" } else { "" };
         let (frequency, sigma) = match self.reading.frequency_hz.is_none() && self.knows_rate() {
             true => ("-".into(), "-".into()),
             false => self.reading.cells(),
         };
         format!(
-            "{:9}  {:7} {frequency:>16} {sigma:>13} {:7.1} {:>11} {:>13}  {:11} {:5} {:7}{caution}{others}",
+            "{:9}  {:7} {frequency:>16} {sigma:>13} {:7.1} {:>11} {:>13}  {:11} {:5} {:7}{rate}{caution}{whole}{others}",
             self.sequence,
             self.segment,
             self.reading.snr_db,

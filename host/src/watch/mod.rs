@@ -350,12 +350,14 @@ impl Watch {
             Said::Telemetry(record) => {
                 self.sequence = None;
                 let rate_hz = self.rate_of(record.measurement.stamp.sequence);
-                self.row(&line::Row::from_record(&record, rate_hz, &self.listener))
+                let row = line::Row::from_record(&record, rate_hz, &self.listener);
+                self.row(&row.at_wrong_rate(self.clock.is_wrong()))
             }
             Said::Burst(burst) => {
                 self.sequence = None;
                 let rate_hz = self.rate_of(burst.number);
-                self.row(&line::Row::from_burst(&burst, rate_hz, &self.listener))
+                let row = line::Row::from_burst(&burst, rate_hz, &self.listener);
+                self.row(&row.at_wrong_rate(self.clock.is_wrong()))
             }
             Said::Sum(sum) => self.below(sum.sequence, line::sum(&sum, self.style)),
             Said::Lines(lines) => {

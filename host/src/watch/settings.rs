@@ -9,6 +9,7 @@ use picket_dsp::config::{Config, Following, Scene};
 use picket_dsp::methods::registry::Method;
 use picket_dsp::solve::chirp::{Mixing, Shape};
 use picket_dsp::solve::equations::Chirp;
+use picket_dsp::solve::uncertainty::Uncertainty;
 use picket_dsp::tone::fit::Reach;
 use picket_dsp::tone::lines::MOST;
 use picket_wire::settings::{Calibration, Drive, Mode, Settings};
@@ -46,6 +47,8 @@ struct Fields {
     clock_ppm: f32,
     range_offset_m: f32,
     range_slope: f32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    uncertainty: Option<Uncertainty>,
 }
 
 /// The most rounds of the joint fit, or the board's own choice.
@@ -184,6 +187,7 @@ impl Fields {
             clock_ppm: calibration.clock_ppm,
             range_offset_m: calibration.range_offset_m,
             range_slope: calibration.range_slope,
+            uncertainty: settings.uncertainty,
         }
     }
 
@@ -284,6 +288,7 @@ impl Fields {
             worst_case: self.worst_case,
             effort,
             calibration,
+            uncertainty: self.uncertainty,
         };
         Ok((settings, self.n))
     }

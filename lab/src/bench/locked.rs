@@ -126,7 +126,9 @@ pub fn here() -> Result<(Vec<u8>, usize), ConfigError> {
         let stamp = header().timing().stamp(sequence as u64, false);
         let measurement: Measurement = tracker.block(&stamp, &block);
         let (method, health) = (plan.options.method, Health::default());
-        telemetry.extend(Telemetry { measurement, method, health, basis: None }.to_frame());
+        telemetry.extend(
+            Telemetry { measurement, method, health, basis: None, uncertainty: None }.to_frame(),
+        );
         telemetry.extend(Follow::from_tracker(&tracker, &stamp).to_frame());
         locked += usize::from(tracker.is_locked(Segment::Continuous));
     }

@@ -108,7 +108,10 @@ pub fn here() -> Result<(Vec<u8>, Vec<usize>), ConfigError> {
             let measurement =
                 Measurement { tone: phasor.tone, result: Outcome::None, ..measurement };
             let (method, health) = (plan.options.method, Health::default());
-            telemetry.extend(Telemetry { measurement, method, health, basis: None }.to_frame());
+            telemetry.extend(
+                Telemetry { measurement, method, health, basis: None, uncertainty: None }
+                    .to_frame(),
+            );
         }
         found.push(lines.len());
     }

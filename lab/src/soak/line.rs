@@ -74,6 +74,7 @@ fn frame(rng: &mut impl Rng) -> Vec<u8> {
                 method: Default::default(),
                 health: Health { lost: rng.random(), faults: rng.random() },
                 basis: None,
+                uncertainty: None,
             };
             record.measurement.stamp.clock = rng.random();
             record.measurement.tone.sigma = rng.random();

@@ -105,8 +105,13 @@ impl<R: Record> Expected<R> {
         let measurement = self.pipeline.block(&stamp, samples);
         let lost = number - self.tally.blocks as u32;
         let method = self.pipeline.plan().options.method;
-        let ours =
-            Telemetry { measurement, method, health: Health { lost, faults: 0 }, basis: None };
+        let ours = Telemetry {
+            measurement,
+            method,
+            health: Health { lost, faults: 0 },
+            basis: None,
+            uncertainty: None,
+        };
         if theirs.to_bytes() != ours.to_bytes() {
             return Err(format!("block {number}: {theirs:?}, not {ours:?}"));
         }

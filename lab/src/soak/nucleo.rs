@@ -163,7 +163,7 @@ impl Life {
         let health = Health { lost: since.lost(), faults: since.faults() };
         let (method, basis) =
             (self.plan.plan.options.method, Some(self.plan.basis(Source::Hsi.clock())));
-        let ours = Telemetry { measurement, method, health, basis };
+        let ours = Telemetry { measurement, method, health, basis, uncertainty: None };
         let theirs = self.board.expect(|said| match said {
             Said::Telemetry(record) => Some(record),
             _ => None,
