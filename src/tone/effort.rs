@@ -5,7 +5,7 @@
 /// are in floats: a core without an FPU takes some forty times as long.
 ///
 /// A block that shows one steady tone has the same answer at every effort. With 0 rounds two more steps of the fit and tests on what it
-/// leaves say whether another line may be used. Each round joins one cause to the fit: a level that changes, a phase that bends or wanders, another line, or a pair of sidebands. `docs/effort.md` says
+/// leaves say whether another line may be used. Each round joins one cause to the fit: a level that changes, a phase that bends or wanders, another line, or a pair of sidebands. `docs/proofs.md` says
 /// which lines become usable, and how wrong they are.
 ///
 /// ```
