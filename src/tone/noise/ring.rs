@@ -244,7 +244,7 @@ fn from_sides(sides: [Side; 2], scale: f32, least: f32) -> LocalNoise {
         (power, variance, power, [power, loudest])
     } else {
         let variance = (left.1 + right.1) * 0.25;
-        // A quarter of the variance makes the mean right. The rest halves the bias of (error /
+        // Half of the variance makes the mean right: a geometric mean is too low. A quarter takes a quarter off the bias of (error /
         // sigma)^2.
         let middle = (left.0 * right.0).root() * (1.0 + 0.75 * variance);
         let loud = left.0.max(right.0);
