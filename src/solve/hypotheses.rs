@@ -61,7 +61,7 @@ pub(crate) fn solve(
             hypothesis.last = ways.fold(f32::NEG_INFINITY, f32::max);
         }
     }
-    // Without a way from the last chirp the targets are others.
+    // If no hypothesis leads here from the last chirp, these are other targets.
     let weight = |step: usize, hypothesis: &Hypothesis| {
         let Hypothesis { beats, levels, last, .. } = *hypothesis;
         if step >= 1 && !hypothesis.is_within(equations) {

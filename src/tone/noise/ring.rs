@@ -22,7 +22,7 @@
 //! `own` evaluates the left side of the equation less the tone's share on the right, in floats or in integers, and sums its squares over a
 //! stretch; near an end of a real spectrum the share of the mirror image is subtracted, too.
 
-use super::own::{Own, STEP, Stretch, Whole};
+use super::own::{Own, OwnInIntegers, STEP, Stretch};
 use super::power::{Noise, rounding};
 use super::{whole, whole_fixed};
 use crate::math::scalar::Scalar;
@@ -360,7 +360,7 @@ impl Own {
 
     #[inline(never)]
     fn side_in_integers(&self, bins: &[Point], first: i32) -> Side {
-        let own = Whole::from_own(self);
+        let own = OwnInIntegers::from_own(self);
         powers(bins, first, |bins, k| own.power(bins, k))
     }
 
