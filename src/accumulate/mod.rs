@@ -1,7 +1,7 @@
 //! Weak echoes: the spectra of M blocks added without their phases (non-coherent integration).
 //!
 //! A line below the noise of one block stands out from the sum of many, because the noise scatters less around its mean: the threshold falls
-//! by 5 dB for ten times as many blocks, somewhat more for few. This is the way a coherent wind lidar works, and any sensor whose echo is
+//! by 5 dB for ten times as many blocks, somewhat more for few. This is how a coherent wind lidar works, and any sensor whose echo is
 //! weak and has a new phase in each block.
 //!
 //! ```

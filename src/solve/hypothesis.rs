@@ -65,7 +65,7 @@ pub(crate) struct Hypothesis {
     pub signs: [i8; 2],
     /// The worst verdict of the beats.
     pub verdict: Verdict,
-    /// Logarithms of the likelihoods of the beats, of the levels, and of the way from the last chirp.
+    /// Logarithms of the likelihoods of the beats, of the levels, and of the movement since the last chirp.
     pub beats: f32,
     pub levels: f32,
     pub last: f32,

@@ -46,7 +46,7 @@ const BENT: f32 = 1.5;
 /// Noise alone exceeds its mean by this many deviations in one record of a thousand.
 const SEEN: f32 = 3.1;
 
-/// Two edges cancel in at most two of so many orders in turn, for a tenth of a period or more between them.
+/// Of this many successive orders at most two vanish because two edges cancel, if the edges are a tenth of a period or more apart.
 const FEW: u32 = 4;
 
 /// `g(d) d` for large d: `3 / pi^2`.

@@ -378,8 +378,8 @@ fn most(share: f32) -> [f32; 2] {
     [TWO * bound(share, 0), THREE * bound(share, 1)]
 }
 
-/// The power of tones whose crests reach the rails, over the square of half the range: the strongest, so many of the power [`THIRD`], and
-/// one that has the rest of the `share`.
+/// The power of tones whose crests reach the rails, over the square of half the range: the strongest tone, `weak` tones of the
+/// power [`THIRD`], and one with the rest of the `share`.
 fn bound(share: f32, weak: u32) -> f32 {
     // No tone is stronger than the strongest.
     let share = share.min(1.0);

@@ -131,7 +131,7 @@ pub(super) fn joint(
     if answer.unresolved && class != LineClass::Unresolved {
         return None;
     }
-    // The joint fit does not know all harmonics of a clipped tone, so sigma covers the way to the answer of the usual fit.
+    // The joint fit does not know all harmonics of a clipped tone, so sigma covers the distance to the answer of the usual fit.
     let apart = if clips { answer.offset - fit.offset } else { 0.0 };
     // The phase stays that of the usual fit.
     let grown = (answer.line.norm_sqr() / fit.line.norm_sqr()).root();
