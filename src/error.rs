@@ -31,7 +31,7 @@ pub enum ConfigError {
     Following,
     /// The carrier's width is negative, or more than half the sample rate.
     Carrier,
-    /// A frame's chirps are not 8, 16, ... 256, its period is shorter than a ramp, or its waveform is no sawtooth.
+    /// A frame's chirps are not 8, 16, ... 256, its period is shorter than a ramp, or its waveform is not a sawtooth.
     Frame,
 }
 

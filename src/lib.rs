@@ -123,8 +123,8 @@
 //!
 //! # How a block becomes a tone
 //!
-//! A record is one block of N samples. [`Pipeline::block`] runs these steps. In [`tone::measure`] the function `block` does 1 and 2, `weigh`
-//! the rest. The linked modules cover an ordinary block; unsteady or weak lines are handled in `model`, `close_judgement`, `close_detection` and
+//! A record is one block of N samples. [`Pipeline::block`] runs these steps; `with_evidence` of [`tone::measure`] does 3 to 10. The linked
+//! modules cover an ordinary block; unsteady or weak lines are handled in `model`, `close_judgement`, `close_detection` and
 //! `measure::unusual`.
 //!
 //! 1. **Transform** ([`Spectrum`](spectrum::Spectrum)): an FFT of the samples without a window, in integers by the default engine. The module
@@ -135,8 +135,8 @@
 //! 3. **Fit** ([`tone::fit`]): least squares with the exact bins of a tone ([`tone::fit::iq`]) or of a tone and its mirror image
 //!    ([`tone::fit::real`]). The fit gives frequency, amplitude and residual.
 //! 4. **Noise** ([`tone::noise::ring`]): the power in a ring of bins beside the tone.
-//! 5. **Judgement** (`tone::judge`): a residual as strong as that noise means one steady tone. A stronger one means a tone that moves, or
-//!    something else beside it, and then a joint fit finds out which ([`Effort`]).
+//! 5. **Judgement** (`tone::judge`): a residual as strong as that noise means one steady tone. A stronger residual means that the tone moves,
+//!    or that another signal is beside it, and then a joint fit finds out which ([`Effort`]).
 //! 6. **Sigma** ([`tone::sigma`]): from noise and fit, wider by what the judgement found. In a record that clips, a censored fit takes the
 //!    noise from the samples between the rails ([`tone::clipped`]).
 //! 7. **Detection** ([`tone::detection`]): the line exceeds floor and noise by more than chance allows.

@@ -41,7 +41,7 @@ statuses! {
     /// Lines were asked for before any block.
     NoBlock = 7: "measure a block first";
     /// Fewer cells or numbers than the frame needs.
-    Room = 8: "the room is smaller than the frame needs: picket_frame_cells tells how many";
+    Room = 8: "the room is smaller than the frame needs: picket_frame_cells returns how many";
     /// A calibration by a tone that may not be used.
     Unusable = 9: "the tone may not be used for a calibration";
     /// See [`ConfigError::Rate`].

@@ -141,7 +141,7 @@ fn noise_alone_is_a_tone_as_often_as_stated() {
     }
 }
 
-/// The default thresholds of trust.md 3.
+/// The default thresholds, as docs/proofs.md has them.
 #[test]
 fn thresholds_are_those_of_the_document() {
     for (n, expected) in [(256usize, 20.34f32), (1024, 20.46), (4096, 21.55)] {

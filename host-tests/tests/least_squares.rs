@@ -42,7 +42,7 @@ fn pure(n: usize, f: f64, phase: f64) -> Vec<Complex<f64>> {
     (0..n).map(|i| Complex::new((TAU * f * i as f64 / n as f64 + phase).cos(), 0.0)).collect()
 }
 
-/// numerics.md 6.4: no bias without noise, anywhere between 1.5 bins from DC and from Nyquist.
+/// No bias without noise, anywhere between 1.5 bins from DC and from Nyquist.
 #[test]
 fn real_fit_is_exact() {
     let mut worst = [0.0f64; 2];
@@ -109,7 +109,7 @@ fn candan(x: &[Complex<f64>], peak: i32) -> f64 {
     (e.tan() * j).atan() / e
 }
 
-/// numerics.md 6.6: from the reference's start by the reference's number of steps, the reference's
+/// From the reference's start by the reference's number of steps, the reference's
 /// result; from the own start, and in the target's arithmetic, within a small share of the bound.
 #[test]
 fn golden_vectors() {

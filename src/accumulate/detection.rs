@@ -35,7 +35,7 @@ const fn side(blocks: u32) -> i32 {
     }
 }
 
-/// Places that are looked at closely.
+/// The number of places that are searched closely.
 const CANDIDATES: usize = 4;
 
 /// A place where a line is sought.
@@ -49,7 +49,7 @@ pub(super) struct Peak {
     pub noise: f32,
     /// The number of independent bins with the noise's accuracy.
     cells: f32,
-    /// The line's power and the noise over the noise, summed over the blocks.
+    /// The power of line and noise together, over that of the noise, summed over the blocks.
     evidence: f32,
 }
 

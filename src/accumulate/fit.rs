@@ -8,7 +8,7 @@ use crate::math::series::sinc;
 /// Bins on each side of the line.
 const SIDE: i32 = 4;
 const BINS: usize = 2 * SIDE as usize + 1;
-/// Steps of the fit; it ends when a step is small against sigma.
+/// The most steps of the fit; it ends when a step is small compared with sigma.
 const STEPS: usize = 8;
 /// The mean square of the residuals over its expectation in noise, above which the line is not one steady line. A steady line exceeds it in
 /// fewer than one of a hundred sums (host-tests, `accumulate`).
@@ -17,7 +17,7 @@ const WIDE: f32 = 3.0;
 /// The result of the fit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fit {
-    /// Bins beyond the place's bin.
+    /// The offset from the place's bin, bins.
     pub offset: f32,
     /// The variance of the offset, squared bins.
     pub variance: f32,

@@ -1,7 +1,7 @@
 //! Weak echoes: the spectra of M blocks added without their phases (non-coherent integration).
 //!
-//! A line below the noise of one block stands out of the sum of many, because the noise scatters less around its mean: the threshold falls
-//! by 5 dB for ten times as many blocks, somewhat more for few. This is the way a coherent wind lidar works, and any sensor whose echo is
+//! A line below the noise of one block stands out from the sum of many, because the noise scatters less around its mean: the threshold falls
+//! by 5 dB for ten times as many blocks, somewhat more for few. This is how a coherent wind lidar works, and any sensor whose echo is
 //! weak and has a new phase in each block.
 //!
 //! ```
@@ -80,7 +80,7 @@ pub struct Accumulated {
     /// The strongest line. Its amplitude is the root of the mean square over the blocks, its signal-to-noise ratio is per sample. With a
     /// drift its frequency belongs to the middle between the first and the last block.
     pub tone: Tone,
-    /// The natural logarithm of the probability that noise alone has such a line anywhere in the band.
+    /// The natural logarithm of the probability that noise alone shows such a line anywhere in the band.
     pub ln_chance: f32,
     /// The blocks that were added.
     pub blocks: u32,
@@ -128,13 +128,13 @@ pub struct Accumulator<R: Record, const N: usize> {
     progress: Progress,
 }
 
-/// What an accumulator adds, and how far it is. Compiled once for all kinds and lengths of records.
+/// What an accumulator adds, and its progress. Compiled once for all kinds and lengths of records.
 #[derive(Clone, Copy, Debug)]
 struct Progress {
     scale: Scale,
     /// The blocks of a sum.
     blocks: u32,
-    /// The segment whose blocks are added, if blocks of other segments are passed over.
+    /// The segment whose blocks are added, if blocks of other segments are ignored.
     segment: Segment,
     of_segment: bool,
     /// The line's move in bins from block to block.
@@ -179,7 +179,7 @@ impl<R: Record, const N: usize> Accumulator<R, N> {
         sum
     }
 
-    /// Adds blocks of one segment of a chirp alone, and passes the others over.
+    /// Adds only the blocks of one segment of a chirp, and ignores the others.
     #[must_use]
     pub const fn for_segment(mut self, segment: Segment) -> Self {
         (self.progress.segment, self.progress.of_segment) = (segment, true);

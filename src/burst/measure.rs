@@ -30,7 +30,7 @@ use crate::tone::{Reasons, Tone, Verdict};
 use core::f32::consts::PI;
 use num_complex::Complex;
 
-/// Looks at the envelope: each moves the weight of the search to the envelope found by the last one.
+/// How often the envelope is estimated: each time, the search is weighted with the envelope before.
 const ROUNDS: usize = 3;
 /// The probability that the noise of a record passes for a burst's line. A detector cuts few records out of noise.
 const FALSE_ALARM: f32 = 1e-5;
@@ -43,11 +43,11 @@ const NEAR: f32 = 2.5;
 const POWER_LIMIT: f32 = 2.33;
 const CORRELATION_LIMIT: f32 = 3.2;
 /// Orders of time to which the phase of a burst is fitted: its phase, its frequency, and bends of second to fourth order. One particle in
-/// 180 has such bends by noise that exceed this limit, of chi-square with three degrees of freedom.
+/// 180 exceeds this limit by noise alone (chi-square with three degrees of freedom).
 const ORDERS: usize = 5;
 const BEND_LIMIT: f32 = 12.5;
-/// A single envelope rises and falls once. The level's dip between two humps exceeds this many deviations of its noise by chance in one of a
-/// thousand flat pulses, and this share of the level by the ripple of the 64 bins.
+/// A single envelope rises and falls once. By chance the dip between two humps exceeds this many deviations of its noise in one of a thousand
+/// flat pulses. The ripple of the 64 bins makes dips of this share of the level.
 const DIP: f32 = 5.0;
 const RIPPLE: f32 = 0.1;
 
@@ -128,7 +128,7 @@ impl<'a> Measuring<'a> {
         strongest(view, self.terms.band, &self.guess)
     }
 
-    /// Measures the burst in the tapered record; false if the envelope is to be looked at once more.
+    /// Measures the burst in the tapered record; false if the envelope has to be estimated once more.
     fn finds(&mut self, view: &View, (peak, ratio, limit): Strongest, round: usize) -> bool {
         let Layout { n, iq, .. } = *view.layout;
         let points = Baseband::from_view(view, peak).points;
@@ -376,8 +376,8 @@ impl EnvelopedTone {
     }
 }
 
-/// What the points hold across the tone, in quadrature to it, beyond its frequency and phase. The tone's own level, whatever its envelope, is
-/// in phase with it and does not move it.
+/// The part of the points in quadrature to the tone, beyond its frequency and phase. The tone's own level, whatever its envelope, is in phase
+/// with it and does not move its frequency.
 struct Across {
     /// The parts across the tone.
     left: [f32; POINTS],

@@ -1,7 +1,7 @@
 //! Bursts: the signal of one particle that crosses a beam, or of any source that is on for less than a record.
 //!
-//! A laser-Doppler velocimeter sees each particle as a burst with the Gaussian envelope of its beam. A record that begins anywhere holds a
-//! part of the burst, and a fit of a steady tone errs by 2 to 26 times the burst's bound. So a burst is a measurement of its own, as in the
+//! A laser-Doppler velocimeter sees each particle as a burst with the Gaussian envelope of its beam. A record that begins at any time holds
+//! only a part of the burst, and a fit of a steady tone errs by 2 to 26 times the burst's bound. So a burst is a measurement of its own, as in the
 //! processors of such instruments: a detector on the stream cuts a record around it ([`BurstDetector`](crate::acquire::burst::BurstDetector)), and
 //! [`Pipeline::burst`](crate::Pipeline::burst) measures its frequency with its envelope as the weight.
 //!
@@ -34,8 +34,8 @@
 //! var f = v / (2 pi^2 A^2 sum of (t - c)^2 exp(-(t - c)^2 / s^2)) = v / (pi^2.5 A^2 s^3)      cycles per sample, squared
 //! ```
 //!
-//! and twice this variance for I/Q with v the power of both parts. A burst whose tone is good has the verdict good and a [`Burst`] with
-//! it: a program that reads tones reads it as any other, and a program that validates bursts reads [`Validation`].
+//! and half of this for I/Q with v the variance of the noise in each part. A valid burst has the verdict `good`, and comes with a [`Burst`]. A
+//! program that reads tones can read bursts as well; a program that validates bursts reads [`Validation`].
 
 mod baseband;
 mod envelope;
@@ -68,7 +68,7 @@ pub enum Validation {
 }
 
 impl Validation {
-    /// All, from the best on.
+    /// Every validation, from best to worst.
     pub const ALL: [Self; 7] = [
         Self::Valid,
         Self::TwoParticles,

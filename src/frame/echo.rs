@@ -1,4 +1,4 @@
-//! What one target leaves in the cells.
+//! The echo of one target in the cells.
 
 use super::plan::FramePlan;
 use crate::math::scalar::Scalar as _;
@@ -31,7 +31,7 @@ impl Echo {
         self.alias as f32 + (self.row as f32 + self.turn) / plan.chirps as f32
     }
 
-    /// Sets what the velocity does to the beat.
+    /// Sets the effect of the velocity on the beat.
     pub fn move_on(&mut self, plan: &FramePlan) {
         let velocity = self.turns(plan) * plan.velocity.float;
         (self.walk, self.bend) = (plan.walk * velocity, plan.bend * velocity);

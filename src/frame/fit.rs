@@ -47,8 +47,8 @@ struct Records {
 }
 
 impl Map<'_> {
-    /// Fits an echo to the cells less all other echoes, which the map holds; the echo itself is not among them. `first` says that nothing is known
-    /// of it but its place.
+    /// Fits an echo to the cells less all other echoes, which the map holds; the echo itself is not among them. `first` is true if only the
+    /// echo's place is known.
     pub fn fit(&self, echo: &Echo, first: bool) -> Option<Fitted> {
         let plan = self.plan;
         let chirps = plan.chirps;
@@ -158,8 +158,8 @@ impl Map<'_> {
         records
     }
 
-    /// The power that the cells have along an echo of another velocity, over that of a line of amplitude 1: what speaks for it. All echoes but
-    /// this one are taken from the cells.
+    /// The evidence for an echo of another velocity: the power of the cells along it, over that of a line of amplitude 1. All other echoes are
+    /// subtracted from the cells.
     pub fn along(&self, echo: &Echo) -> f32 {
         let plan = self.plan;
         let [start, step] = echo.phases(plan);

@@ -1,4 +1,4 @@
-//! The search for all targets of a frame: the strongest first, each taken from the cells before the next is sought.
+//! The search for all targets of a frame: the strongest first, each subtracted from the cells before the next is sought.
 
 use super::chance::ln_chance;
 use super::echo::Echo;
@@ -18,7 +18,7 @@ use num_complex::Complex;
 /// Two echoes nearer than this in both directions are one, cells.
 const ONE: f32 = 1.2;
 
-/// A target with less than this share of the strongest one's power may be what the strongest one's own errors leave: -50 dB.
+/// A target with less than this share of the strongest one's power may be a residual of the strongest one: -50 dB.
 const LEFT: f32 = 1e-5;
 
 /// Rounds in which all echoes are fitted together: after each new one, and in the end.
@@ -119,7 +119,7 @@ impl Hunt<'_> {
         for index in 0..self.map.echoes.len() {
             let Some(fitted) = self.fit(index, false) else { continue };
             let Fitted { beat, turn, moved: [beat_moved, turn_moved], .. } = &fitted;
-            // Without the noise: by what the residual leaves, which is no less.
+            // Sigma without the noise estimate: the residual is no less than the noise.
             let far = |moved: f32, fit: &Fit<f32>| {
                 let noise = fit.residual / (0.5 * fit.dof.max(1) as f32);
                 moved * moved * 2.0 * fit.information > share * share * noise
@@ -137,7 +137,7 @@ impl Hunt<'_> {
         self.without(index, |map, echo| map.fit(echo, first))?
     }
 
-    /// Something with the map that lacks an echo, which is put back at its place.
+    /// Runs a function on the map without one echo, then puts the echo back.
     fn without<T>(&mut self, index: usize, of: impl FnOnce(&Map, &Echo) -> T) -> Option<T> {
         let echo = *self.map.echoes.get(index)?;
         let silent = Echo { amplitude: Complex::new(0.0, 0.0), ..echo };
@@ -164,7 +164,7 @@ impl Hunt<'_> {
         for index in 0..self.map.echoes.len() {
             let Some(&echo) = self.map.echoes.get(index) else { continue };
             let Some(beside) = noise::beside(&self.map, &echo) else { continue };
-            // Another alias walks otherwise: it is fitted again.
+            // Another alias has another walk: it is fitted again.
             if self.choose(index) {
                 for _ in 0..3 {
                     if let Some(fitted) = self.fit(index, false)

@@ -1,4 +1,4 @@
-//! The cells less what is known to be in them.
+//! The cells less the background and the echoes found so far.
 
 use super::cells::Store;
 use super::echo::{Echo, Share};
@@ -30,7 +30,7 @@ pub(super) struct Map<'a> {
 }
 
 impl Map<'_> {
-    /// What makes a cell of this bin a number in codes with the phase of the record's middle.
+    /// The factor that turns a cell of this bin into codes with the phase of the record's middle.
     fn twist(&self, bin: i32) -> Complex<f32> {
         let unit = f32::two_to(self.store.exponent);
         let unit = if bin & 1 == 0 { unit } else { -unit };

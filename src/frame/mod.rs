@@ -48,7 +48,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # The way
+//! # Steps
 //!
 //! 1. Each chirp is transformed by the engine. The bins of the band are kept in the caller's memory, [`FramePlan::cells`] of them
 //!    ([`Cells`]). So far all is in integers; what follows is in floats.
@@ -56,8 +56,8 @@
 //!    cell in both directions (`search`). Beats that walk through cells within a frame are sought along their walk.
 //! 3. The target is fitted by the library's own fit of a tone, over the samples and over the chirps in turn (`fit`), and taken from the
 //!    cells. The search goes on in the rest, and all targets are fitted again together, up to [`TARGETS`].
-//! 4. The noise is that of the cells around a target, in both directions (`noise`); a target is one if noise alone exceeds it in no more
-//!    frames than were asked (`chance`).
+//! 4. The noise is that of the cells around a target, in both directions (`noise`); a target counts if noise alone exceeds it in no more
+//!    frames than the setting allows (`chance`).
 //! 5. Range and velocity follow with their covariance:
 //!
 //! ```text
@@ -69,14 +69,14 @@
 //! # Aliases
 //!
 //! The turn from chirp to chirp leaves the velocity open by half a wavelength a period ([`FramePlan::alias_mps`]). The bounds of the
-//! velocity decide, or the target's own way: it walks through cells with its true velocity alone. Where neither does, the target is
+//! velocity decide, or the target's own movement: it moves through cells only with its true velocity. Where neither does, the target is
 //! [`Verdict::Ambiguous`](crate::Verdict::Ambiguous) and lists the aliases with their odds; a second frame of another period decides, see [`settle`].
 //!
 //! # Cost
 //!
 //! Counted on a Cortex-M4F for 32 chirps of 127 bins, I/Q: 8 thousand instructions to store a chirp, 46 million for the answer with two
 //! targets. Most of them are fits: each reads 33 bins of every chirp, for each target that is known, and all targets are fitted some eight
-//! times. A search reads all cells, once for each velocity that walks otherwise, and once more for each target. The stack holds 20 KB.
+//! times. A search reads all cells once for each velocity with a walk of its own, and once more for each target. The stack holds 20 KB.
 //!
 //! Sources: Stove 1992 (doi:10.1049/ip-f-2.1992.0048) for the map; the two fits, their sigmas and the chances are this project's own.
 
@@ -110,7 +110,7 @@ use transform::Factors;
 
 /// A frame in progress.
 ///
-/// The frame owns nothing but numbers: its cells are the caller's.
+/// The frame owns only numbers; its cells are the caller's.
 #[derive(Debug)]
 pub struct Frame<'a> {
     plan: FramePlan,
@@ -133,8 +133,8 @@ impl<'a> Frame<'a> {
         self.store.filled
     }
 
-    /// Takes the bins of the next chirp. Returns whether the frame is complete. A chirp beyond the last one begins a new frame; one of
-    /// another length or kind is passed over.
+    /// Takes the bins of the next chirp. Returns whether the frame is complete. A chirp beyond the last one begins a new frame; a
+    /// chirp of another length or kind is ignored.
     pub fn push(&mut self, view: &View) -> bool {
         let (n, chirps) = (self.plan.n, self.plan.chirps);
         if view.layout.n != n || view.layout.iq != self.plan.iq {
@@ -158,7 +158,7 @@ impl<'a> Frame<'a> {
         self.targets_beside(&[])
     }
 
-    /// [`Frame::targets`] less what stood in the background, which [`Frame::background`] recorded.
+    /// [`Frame::targets`] less the background that [`Frame::background`] recorded.
     pub fn targets_beside(&self, background: &[Complex<f32>]) -> Vec<FrameTarget, TARGETS> {
         if self.store.filled < self.plan.chirps {
             return Vec::new();

@@ -1,4 +1,4 @@
-//! The velocity of a target from two frames of different periods, as 5 to 6: whose aliases agree only at the true one.
+//! The velocity of a target from two frames of different periods, such as 5 to 6: their aliases agree only at the true velocity.
 
 use super::plan::FramePlan;
 use super::target::FrameTarget;
@@ -26,7 +26,7 @@ struct Agreed {
 }
 
 /// The target of the first frame with the velocity on which both frames agree, each a target and the plan of its frame. `changed_mps` is one standard
-/// deviation of what the velocity may change from the middle of one frame to that of the other. The bounds of the first plan hold.
+/// deviation of the change of the velocity from the middle of one frame to that of the other. The bounds of the first plan hold.
 ///
 /// Where the two agree on one velocity, by odds of 10 000 to 1, the verdict is as if the velocity had not been ambiguous. Where they agree on
 /// several it is [`Verdict::Ambiguous`] and lists them; where they agree on none, [`Verdict::Unresolved`]: the targets are not the same one.

@@ -1,4 +1,4 @@
-//! What a frame is: its chirps, its band, and the numbers that follow from the waveform.
+//! The plan of a frame: its chirps, its band, and the numbers that follow from the waveform.
 
 use super::echo::Echo;
 use crate::error::ConfigError;
@@ -46,7 +46,7 @@ pub struct FrameConfig {
     /// The ranges that a target may have, m.
     pub range_m: Option<(f64, f64)>,
     /// The velocities that a target may have, m/s; positive when approaching. Without them a velocity is `ambiguous` unless the target's own
-    /// way through the frame decides between the aliases.
+    /// movement during the frame decides between the aliases.
     pub velocity_mps: Option<(f64, f64)>,
 }
 

@@ -15,7 +15,7 @@ const BESIDE: usize = 8;
 /// The most velocities that are tried.
 const WALKS: i32 = 64;
 
-/// Bins around a place in which nothing is sought any more: where a fit came to an echo that is known.
+/// Bins around a place that the search leaves out once a fit from there has led to a known echo.
 pub(super) const HIDDEN: usize = 4;
 
 /// `exp` of Euler's constant: the mean of exponential numbers over their geometric mean.
@@ -167,7 +167,7 @@ impl Map<'_> {
             walk: 0.0,
             bend: 0.0,
         };
-        // The alias that walks so, of those that are allowed.
+        // The allowed alias with this walk.
         let per_turn = plan.velocity.float * plan.walk;
         let [first, last] = plan.aliases(&echo);
         let walks = (per_turn * chirps as f32).abs() > 1e-3;

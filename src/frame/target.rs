@@ -30,8 +30,8 @@ use heapless::Vec;
 pub struct FrameTarget {
     /// Range and velocity in the middle of the frame, their sigmas, the aliases that fit as well, and the verdict.
     pub target: Target,
-    /// The covariance of range and velocity, m^2/s: a velocity that is too large by 1 m/s goes with a range that is too large by what the
-    /// Doppler shift within a chirp makes of it.
+    /// The covariance of range and velocity, m^2/s: an error of the velocity is a Doppler shift within the chirp, and so an error of
+    /// the range.
     pub covariance: f32,
     /// The beat in the middle of the frame: a chirp's tone with the phase of the frame's middle, as [`PhaseRanging::of_target`] and
     /// [`Unwrapper`] take it. Its sigmas are those of the whole frame, its ratio of signal to noise is per sample, and its verdict is without
@@ -44,10 +44,10 @@ pub struct FrameTarget {
     pub ln_chance: f32,
 }
 
-/// From these odds on an alias is decided by the target's own way through the frame.
+/// From these odds on the target's own movement during the frame decides an alias.
 const SURE: f32 = 1e4;
 
-/// A target is beyond a bound only by more than so many sigma.
+/// A target is beyond a bound only if it is more than this many sigma beyond.
 const WITHIN: f32 = 5.0;
 
 /// Two echoes are too near each other to be distinguished within this many bins in both directions.
@@ -57,8 +57,8 @@ const CROWDED: f32 = 2.0;
 const EDGE: f32 = 1.5;
 
 impl Map<'_> {
-    /// The aliases of an echo within the bounds, each with the power that speaks for it in units of the noise, the best first. All echoes but
-    /// this one are taken from the cells.
+    /// The aliases of an echo within the bounds, each with its evidence, a power in units of the noise, the best first. All other echoes
+    /// are subtracted from the cells.
     pub fn aliases(&self, echo: &Echo, noise: f32) -> Vec<(i32, f32), MOST_ALIASES> {
         let plan = self.plan;
         let [first, last] = plan.aliases(echo);
@@ -183,7 +183,7 @@ impl Map<'_> {
         }
     }
 
-    /// The independent cells of the map: those of each velocity that walks otherwise.
+    /// The independent cells of the map: those of each velocity with a walk of its own.
     pub fn tried(&self) -> f32 {
         let plan = self.plan;
         let walks = self.walks();

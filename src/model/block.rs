@@ -24,7 +24,7 @@ fn noise_of(near: &Neighbourhood, fit: &Fit<f32>, beside: &LocalNoise) -> Noise 
 }
 
 /// Whether a line exceeds the largest of three noises: after the last kept cause, in the louder half of the residual beside the line, and
-/// on the louder side of the ring. One test.
+/// on the louder side of the ring. This is a single test, so its threshold is not relaxed.
 fn is_detected(
     near: &Neighbourhood,
     beside: &LocalNoise,
@@ -39,7 +39,7 @@ fn is_detected(
 }
 
 /// The joint fit's answer for a line that is not a steady tone, its noise power per sample, and whether the line exceeds this noise: if
-/// not, the answer is unresolved. `None` if the effort has no round, or nothing can be fitted.
+/// not, the answer is unresolved. `None` if the effort has no rounds, or nothing can be fitted.
 #[inline(never)]
 pub fn joint(
     near: &Neighbourhood,
@@ -64,5 +64,5 @@ pub fn joint(
     Some((answer, noise.power * answer.scale / near.n as f32, found))
 }
 
-/// Bins from the peak: the joint fit accepts no larger offset.
+/// The largest offset that the joint fit accepts, bins from the peak.
 const FARTHEST: f32 = 1.5;

@@ -21,10 +21,10 @@ pub type Line = [[f32; 2]; WIDTH];
 /// In each bin an envelope's orders.
 pub type Envelopes = [[f32; P]; WIDTH];
 
-/// Nearer to its bin than this a line's quotients have too few digits.
+/// A line nearer to its bin than this uses a series: the quotients would lose digits.
 const NEAREST: f32 = 0.02;
 
-/// Sine and cosine of pi times an offset, with all digits of a small sine.
+/// Sine and cosine of pi times an offset. A small sine keeps its relative precision.
 fn sine_cosine(offset: f32) -> [f32; 2] {
     let whole = libm::roundf(offset);
     let Complex { re, im } = f32::unit(0.5 * (offset - whole));
@@ -70,7 +70,7 @@ pub fn line(window: &Window, offset: f32, columns: &mut Line) {
     }
 }
 
-/// A drift of an I/Q record's mean, of which the bins at 0 Hz tell nothing: a straight one has `1 / k` in bin k, a bent one `1 / k^2`.
+/// A drift of an I/Q record's mean, without the bin at 0 Hz, which is not used. A straight drift has `1 / k` in bin k, a bent one `1 / k^2`.
 pub fn slow(window: &Window, columns: &mut Line) {
     for ((cell, i), used) in columns.iter_mut().zip(Window::places()).zip(&window.used) {
         let k = window.peak.wrapping_add(i);
@@ -93,7 +93,7 @@ pub fn image(window: &Window, offset: f32, column: &mut Column) {
     }
 }
 
-/// Cosine and sine of an angle up to a quarter turn, with all digits of a small sine.
+/// Cosine and sine of an angle up to a quarter turn. A small sine keeps its relative precision.
 fn small(angle: f32) -> Complex<f32> {
     let half = 0.5 * angle;
     let [sinc, cosine] = circle(half * half);
@@ -138,7 +138,7 @@ pub fn images(window: &Window, offset: f32, rows: &mut Envelopes) {
     blank(window, rows);
 }
 
-/// Nothing in the bins that are not used.
+/// Clears the bins that are not used.
 fn blank(window: &Window, rows: &mut Envelopes) {
     for (row, used) in rows.iter_mut().zip(&window.used) {
         if *used == 0.0 {

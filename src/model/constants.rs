@@ -2,11 +2,11 @@
 //!
 //! | constant | what it is | used by |
 //! |---|---|---|
-//! | [`NOTHING_MORE`] | the prior probability that nothing beside the tone is there | `round` |
+//! | [`NOTHING_MORE`] | the prior probability that the tone is alone | `round` |
 //! | [`LOUDER`], [`LOUDER_RANGE`] | the prior that the noise at the tone is louder than the ring's | `leftover` |
 //! | [`KEPT_AT`] | the odds at which a cause joins the fit | `round` |
 //! | [`UNLIKELY`] | the probability below which a loud residual is not called noise | `mod` |
-//! | [`CHANCE`], [`ODD`] | the probability from which noise alone is called impossible, and unlikely | `joint` |
+//! | [`CHANCE`], [`ODD`] | the significance at which a residual is not noise, and at which it is weighed once more | `joint` |
 //! | [`PEAK`] | the probability of a noise peak that is tried as a line | `far` |
 //! | [`NEAR`] | the distance from which another line is no longer a change of the tone | `round` |
 //! | [`ORDERS`] | the fastest change | `envelope` |
@@ -17,7 +17,7 @@ pub const REACH: usize = 16;
 /// All bins of a window.
 pub const WIDTH: usize = 2 * REACH + 1;
 
-/// The prior probability that nothing more than the tone is there: even odds. The causes share the rest equally.
+/// The prior probability that there is nothing more than the tone: even odds. The causes share the rest equally.
 pub const NOTHING_MORE: f32 = 0.5;
 
 /// The prior probability that the noise at the tone is louder than the ring's noise, by a factor of up to [`LOUDER_RANGE`] e-folds of its
@@ -26,23 +26,23 @@ pub const LOUDER: f32 = 0.1;
 /// The largest factor of [`LOUDER`] in e-folds: up to 8,000 times.
 pub const LOUDER_RANGE: f32 = 9.0;
 
-/// The odds over nothing at which a cause joins the fit. Noise alone reaches them in less than one block of a hundred (Markov's
+/// The odds over `nothing more` at which a cause joins the fit. Noise alone reaches them in less than one block of a hundred (Markov's
 /// inequality).
 pub const KEPT_AT: f32 = 100.0;
 
 /// The probability of `nothing more` below which a loud residual that no cause explains is not called noise.
 pub const UNLIKELY: f32 = 0.05;
 
-/// The probability with which noise alone may leave more beside the tone than away from it before the excess is called something other than
-/// noise. In standard deviations of a normal distribution: 1e-6.
+/// The significance level of two tests: that the residual is louder than the ring's noise, and that it is louder near the tone than away from
+/// it. 1e-6, in standard deviations of a normal distribution.
 pub const CHANCE: f32 = 4.753_424;
 
-/// Bins: a line nearer than this counts as a change of the tone. Half a bin inside the first zero of the fifth moment's function, it is the
-/// limit of the moments' sight.
+/// A line nearer to the tone than this, in bins, counts as a change of the tone. Half a bin farther is the first zero of the fifth moment's
+/// function, beyond which the moments do not determine a line's distance.
 pub const NEAR: f32 = 1.5;
 
-/// Noise alone leaves more than this in a twelfth of all blocks: in standard deviations of a normal distribution. A residual beyond it is
-/// weighed once more.
+/// A residual beyond this is weighed once more. Noise alone exceeds it in one block of twelve; in standard deviations of a normal
+/// distribution.
 pub const ODD: f32 = 1.4;
 
 /// The orders of a tone's envelope beside order 0.
@@ -52,7 +52,7 @@ pub const P: usize = ORDERS + 1;
 
 /// The most causes that join the fit.
 pub const ROUNDS: u8 = 3;
-/// The most lines beside the tone that have columns of their own: a pair a round.
+/// The most lines beside the tone that have columns of their own: a pair in each round.
 pub const LINES: usize = 2 * ROUNDS as usize;
 /// A peak of the residual is tried as a line if noise as loud as the ring has such a peak in at most a quarter of all windows: the normal
 /// deviation with a 33rd of this probability.

@@ -53,7 +53,7 @@ impl Elimination {
         }
     }
 
-    /// The envelope's products, once its columns are there: nine at a time.
+    /// Computes the products of the envelope's columns, nine at a time.
     #[inline(never)]
     pub fn refer(&mut self) {
         let Self { envelopes, gram, .. } = self;
@@ -67,7 +67,7 @@ impl Elimination {
                 }
             }
         }
-        // The other half is the same.
+        // The matrix is symmetric.
         for p in 1..P {
             let Some((above, [row, ..])) = gram.split_at_mut_checked(p) else { break };
             for (above, cell) in above.iter_mut().zip(row) {
@@ -78,7 +78,7 @@ impl Elimination {
         }
     }
 
-    /// Factors the products of the first lines, whose columns are there. `priors` are the precisions of strength and place of each.
+    /// Factors the products of the first lines, whose columns have been computed. `priors` are the precisions of strength and place of each.
     #[inline(never)]
     pub fn eliminate(&mut self, priors: &[[f32; 2]]) {
         let Self { lines, factor, .. } = self;
@@ -102,7 +102,7 @@ impl Elimination {
         }
     }
 
-    /// The products of the first `O` orders with the lines, and what is left of the orders' own.
+    /// Computes the products of the first `O` orders with the lines, and what is left of the orders' own products.
     #[inline(never)]
     pub fn reduce<const O: usize>(&mut self) {
         let Self { envelopes, lines, gram, factor, beside, schur, .. } = self;
@@ -138,7 +138,7 @@ impl Elimination {
         }
     }
 
-    /// The products with the bins: of the lines whitened, of the first `O` orders what is left.
+    /// Computes the products with the bins: those of the lines, whitened, and what is left of those of the first `O` orders.
     #[inline(never)]
     pub fn see<const O: usize>(&mut self, bins: &Shape) {
         let Self { envelopes, lines, factor, beside, values, seen, .. } = self;

@@ -36,7 +36,7 @@ pub struct Term {
     pub quarter: usize,
     /// The size, in deviations of the noise.
     pub size: f32,
-    /// The precision of the size beforehand.
+    /// The precision of the size's prior.
     pub prior: f32,
 }
 
@@ -47,7 +47,7 @@ pub struct Near {
     pub at: f32,
     /// Its strength.
     pub value: Complex<f32>,
-    /// The precisions of strength and place beforehand.
+    /// The precisions of the priors of strength and place.
     pub priors: [f32; 2],
 }
 
@@ -62,7 +62,7 @@ pub struct Envelope {
     pub delta: f32,
     /// The close line.
     pub near: Option<Near>,
-    /// The variance of the offset by what the frequency's own order may hide.
+    /// The variance of the offset that order 1 of a wandering phase adds: this order is the frequency itself.
     pub hidden: f32,
     /// The variance of the tone's distance in bins squared, for noise of the ring's power.
     pub variance: f32,
@@ -83,7 +83,7 @@ impl Room {
     }
 }
 
-/// What holds a frequency in place during a step, over the tone's energy.
+/// The precision that holds a frequency in place during a step, over the tone's energy.
 const HELD: f32 = 1e12;
 
 impl Envelope {
@@ -161,7 +161,7 @@ impl Envelope {
         }
     }
 
-    /// Fits the envelope to what is left of the bins, of which `O` orders count, by at most `most` steps of Gauss and Newton. If `held`,
+    /// Fits the envelope to what is left of the bins, of which `O` orders count, by at most `most` Gauss-Newton steps. If `held`,
     /// the first step leaves the frequencies where they are.
     pub fn fit<const O: usize>(
         &mut self,
@@ -207,7 +207,7 @@ impl Envelope {
     fn step<const O: usize>(&mut self, from: &Elimination, room: &mut Room, held: bool) -> f32 {
         let (schur, factor) = (&from.schur, &mut room.factor);
         let changes = self.changes();
-        // The tone and its slope by its place, and what the bins see of them.
+        // The tone, its derivative by its place, and both as the bins show them.
         let mut tone = Orders::ZERO;
         self.tone(&mut tone);
         let slope = Orders { re: derivative(&tone.re), im: derivative(&tone.im) };

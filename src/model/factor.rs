@@ -11,7 +11,7 @@ pub struct Factor<const M: usize> {
     count: usize,
 }
 
-/// The share of each diagonal element that is added, since single precision has no more digits.
+/// The share of each diagonal element that is added to it: single precision cannot resolve less.
 const RIDGE: f32 = 1e-6;
 
 impl<const M: usize> Factor<M> {

@@ -33,11 +33,11 @@ pub struct Place {
 /// Where a line is, seen from the tone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reach {
-    /// So close that the nine numbers have it.
+    /// So close that the envelope's nine numbers describe it.
     Close,
     /// In the window.
     Inside,
-    /// Outside the window, which has its leakage alone: of a line far away, or of a drift or slow hum at the end of the spectrum.
+    /// Outside the window, which shows only its leakage: a line far away, or a drift or slow hum at the end of the spectrum.
     Outside,
     /// At 0 Hz of an I/Q record, whose own bin is not used: a drift of the mean.
     Slow,
@@ -53,8 +53,8 @@ impl Place {
         reach: Reach::Inside,
     };
 
-    /// A line that two directions of its strength, along the tone's and across it, may be; `unit` is the tone's phase, `prior` the logarithm
-    /// of the place's prior.
+    /// Weighs a line by two directions of its strength, along the tone's phase and across it. `unit` is the tone's phase, `prior` the
+    /// logarithm of the place's prior.
     pub fn weighed(
         ground: &Ground,
         distance: f32,
@@ -94,7 +94,7 @@ impl Sidebands {
     };
 }
 
-/// Bins: a line that is tried stands for so many.
+/// The width in bins that each place which is tried stands for.
 pub const INTERVAL: f32 = 0.25;
 
 /// The logarithm of the prior of a line in an interval of this width at this distance: even within a bin, log-uniform beyond.
@@ -117,7 +117,7 @@ fn peaks(left: &Shape, free: f32) -> [Option<([Complex<f32>; 3], f32)>; PEAKS] {
     for (bins, i) in padded.array_windows::<3>().zip(Window::places()) {
         let [below, own, above] = bins;
         let power = own.norm_sqr();
-        // The bins next to the tone's have none of its own.
+        // The bins next to the tone's peak cannot hold a peak of another line.
         let outside = |i: i32, z: &Complex<f32>| if i.abs() >= 2 { z.norm_sqr() } else { 0.0 };
         if i.abs() < 2
             || power <= limit
@@ -179,7 +179,7 @@ impl Candidate {
     }
 }
 
-/// The lines that are tried in a round: at peaks, and outside the window on each side.
+/// The number of lines that are tried in a round: at peaks, and outside the window on each side.
 pub const FARS: usize = PEAKS + 2;
 
 /// Lines at the peaks of the residual and outside the window, and a pair of sidebands at the largest peak.
@@ -239,7 +239,7 @@ pub fn lines(window: &Window, joint: &Joint, ground: &Ground) -> ([Place; FARS],
     (places, pair)
 }
 
-/// Two lines of sizes as likely, by their strengths in the tone's phase.
+/// Weighs two lines whose sizes have one prior, by their strengths in the tone's phase.
 fn sidebands(
     ground: &Ground,
     one: &Candidate,
@@ -274,7 +274,7 @@ fn sidebands(
         let offset = re.iter().zip(pull).map(|(re, pull)| re * pull).sum();
         let mut product = Product::ONE;
         factor.diagonal().for_each(|root| product.times(root * root * variance));
-        // Both parts of each strength are as flexible.
+        // The real and the imaginary part of each strength have the same freedom.
         let cost = product.ln();
         let merit = ground.gain(explained) - cost;
         if merit > top {

@@ -1,7 +1,7 @@
 //! The joint fit of a tone's envelope and of lines beside it.
 //!
-//! Lines have columns in the bins, and are eliminated; the envelope is fitted to the nine numbers that remain. Both are repeated while
-//! lines move, or the image of what was found, which is subtracted from the bins, moves by more than noise.
+//! Lines have columns in the bins, and are eliminated; the envelope is fitted to the nine numbers that remain. Both steps are repeated while
+//! lines move, or while the mirror image, which is subtracted from the bins, changes by more than noise.
 
 use super::chance;
 use super::columns::{Envelopes, envelopes, image, images};
@@ -24,17 +24,17 @@ pub struct Far {
     pub at: f32,
     /// Its strength.
     pub value: Complex<f32>,
-    /// Where it is. Leakage from outside the window has any mirror image's with it.
+    /// Where it is. The leakage of a line outside the window includes that of its mirror image.
     pub reach: Reach,
 }
 
-/// Orders that count where the tone is steady: as many as show that it is not.
+/// The orders that are computed for a steady tone: enough to show that it is not steady.
 const FEW: usize = 4;
 
-/// Bins: so far from its reference the envelope gets a new one.
+/// An envelope farther from its reference than this, in bins, gets a new reference.
 const AWAY: f32 = 0.12;
 
-/// Bins: beyond, the nine numbers do not have all of a line.
+/// The nine numbers do not describe the whole of a line farther away than this, in bins.
 const BEYOND: f32 = 1.1;
 
 /// A tone and lines in a window.
@@ -49,7 +49,7 @@ pub struct Joint<'a> {
     pub envelope: Envelope,
     /// Lines beyond the envelope's reach.
     pub lines: Vec<Far, LINES>,
-    /// The most of them that may be there: a pair a round.
+    /// The most lines that may join: a pair in each round.
     most: usize,
     /// What the lines leave of the bins.
     pub from: Elimination,
@@ -150,7 +150,7 @@ impl<'a> Joint<'a> {
         if self.wide { self.from.reduce::<P>() } else { self.from.reduce::<FEW>() }
     }
 
-    /// All orders' products, and the residual along them.
+    /// Computes the products of all orders, and the residual along them.
     #[inline(never)]
     pub fn widen(&mut self) {
         if !self.wide {
@@ -163,7 +163,7 @@ impl<'a> Joint<'a> {
         self.from.whitened(&mut self.rest);
     }
 
-    /// The bins without the images of what is known.
+    /// Computes the bins without the mirror images of the tone and the lines.
     #[inline(never)]
     fn take_images(&mut self) {
         let Self { window, scale, bins, images, model, .. } = self;
@@ -334,7 +334,7 @@ impl<'a> Joint<'a> {
         five > 5.0 * chance::ratio(ODD, 5.0, ring)
     }
 
-    /// Whether the residual is larger than noise as loud as the ring's would leave.
+    /// Whether the residual is larger than the ring's noise would leave it.
     pub fn is_loud(&self, ring: f32) -> bool {
         self.energy > self.free * chance::ratio(CHANCE, self.free, ring)
     }
@@ -364,7 +364,7 @@ impl<'a> Joint<'a> {
     }
 }
 
-/// Takes the mirror image of the first `O` orders of an envelope from bins.
+/// Subtracts the mirror image of the first `O` orders of an envelope from bins.
 #[inline(always)]
 fn take_image<const O: usize>(bins: &mut Shape, images: &Envelopes, model: &Orders) {
     for (bin, row) in bins.iter_mut().zip(images) {

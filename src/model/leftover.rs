@@ -1,7 +1,8 @@
 //! The evidence of the energy that a fit leaves about the noise.
 //!
 //! Either the noise at the tone is the ring's, which the ring determines with a few dozen degrees of freedom, or it is louder, by a factor
-//! of which only a wide range is known. Each has a likelihood once its unknown power is integrated out; the two are mixed.
+//! that is known only to lie in a wide range. In both cases the unknown power is integrated out of the likelihood; the result is a mixture of
+//! the two.
 
 use super::constants::{LOUDER, LOUDER_RANGE};
 use super::logarithm::{exp, ln};
@@ -37,7 +38,7 @@ impl Leftover {
         self.less(0.0).1
     }
 
-    /// The logarithm by which the noise is more probable if this energy is explained, and the noise's power over the ring's then.
+    /// How much the logarithm of the likelihood gains if this energy is explained, and the noise's power over the ring's in that case.
     pub fn less(&self, explained: f32) -> (f32, f32) {
         let Self { energy, free, ring, own, log } = *self;
         let left = larger(energy - explained, 1e-6 * energy);

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! A fit gives the tone, a ring of bins beside it the noise. Where the fit leaves more than one steady tone would, a few [causes](Cause)
-//! are tried on the residual, each a set of directions with normal priors of unknown size, and each has an evidence against `nothing more`.
+//! are tried on the residual. Each is a set of directions with normal priors of unknown size, and its evidence is weighed against `nothing more`.
 //! A cause with high odds joins the fit, and the new residual is tried again, at most three times. Causes that lose keep their weight:
 //! frequency and sigma are mean and deviation of the mixture. The causes that joined the fit decide the verdict.
 
@@ -60,7 +60,7 @@ pub struct Joined {
     pub cause: Cause,
     /// The logarithm of its odds over `nothing more`.
     pub odds: f32,
-    /// Sigma of the offset before it joined, bins.
+    /// Sigma of the offset before the cause joined, bins.
     pub sigma: f32,
 }
 
@@ -83,7 +83,7 @@ pub struct Answer {
     pub kept: Kept,
     /// The causes that joined, round by round.
     pub joined: [Option<Joined>; ROUNDS as usize],
-    /// The weights of `nothing more`, of each cause, and of lines elsewhere than the best one, in the last round.
+    /// The weights in the last round: of `nothing more`, of each cause, and of lines at other places than the best one.
     pub weights: [f32; HYPOTHESES],
     /// The tone changes, or another line is so near that it looks like a change.
     pub moves: bool,
@@ -91,7 +91,7 @@ pub struct Answer {
     pub unresolved: bool,
 }
 
-/// Measures the tone in a window, in this noise, from its offset as interpolated or fitted. At most `most` causes join the fit. `bends`
+/// Fits the tone in a window, in this noise, with at most `most` causes. `offset` is where an interpolation or a fit has the tone. `bends`
 /// says that the phase may bend without any change of the tone, see [`Segment::bends`](crate::acquire::sample::Segment::bends).
 #[inline(never)]
 pub fn measure(window: &Window, noise: &Noise, offset: f32, most: usize, bends: bool) -> Answer {
@@ -162,13 +162,13 @@ pub fn measure(window: &Window, noise: &Noise, offset: f32, most: usize, bends: 
             *joined = Some(Joined { cause, odds, sigma: answer.variance.root() });
         }
     }
-    // A part of the ring's noise is 1, so a bin of it has 2.
+    // Each part of a bin has noise of power 1, so a bin has 2.
     answer.louder = 0.5 * louder(&joint.left, window.iq, window.n, window.peak);
     answer
 }
 
-/// A change of the tone, or a close line, joins the fit; if `alone`, two strong lines are tried in its place. The more probable fit stays,
-/// the other one is a rival. Returns the cause that stays.
+/// Adds a change of the tone, or a close line, to the fit. If `alone`, also tries two strong lines in its place: the more probable fit
+/// stays, and the other becomes a rival. Returns the cause that stays.
 #[inline(never)]
 fn change(
     joint: &mut Joint,
@@ -196,7 +196,7 @@ fn change(
         joint.fit(1, true);
         let other = joint.energy_of(&two);
         let mut energy = joint.energy_of(&joint.envelope);
-        // Further only if both strengths alone nearly do.
+        // Go on only if a fit of both strengths alone comes close.
         if energy < 4.0 * other + 40.0 {
             joint.fit(4, false);
             energy = joint.energy_of(&joint.envelope);

@@ -70,7 +70,7 @@ pub enum Joins {
     Near(f32, Complex<f32>),
     /// A line with columns of its own.
     Far(f32, Complex<f32>, Reach),
-    /// Two of them, at opposite distances.
+    /// Two such lines, at opposite distances.
     Sidebands(f32, [Complex<f32>; 2]),
 }
 
@@ -89,7 +89,7 @@ pub struct Round {
     pub scale: f32,
 }
 
-/// A cause whose gain is so far below the best one's is not weighed.
+/// A cause whose gain is this far below the best one's is not weighed.
 const BEHIND: f32 = 14.0;
 
 impl Round {
@@ -102,7 +102,7 @@ impl Round {
         let moments = Moments::of(joint);
         let inside = window.from_end() >= EDGE;
         let open = |cause: Cause| inside && kept.get(cause as usize) == Some(&0);
-        // What each change explains at most.
+        // The most energy that each change can explain.
         let deviation = ground.variance.root();
         let levels = moments.levels();
         let [level, ..] = &levels;
@@ -111,7 +111,7 @@ impl Round {
         let energies = [energy(level), energy(&bend), energy(&wander)];
         let close_energies = close.map(|(_, directions)| energy(&directions));
         let largest = energies.iter().chain(&close_energies).fold(0.0, |a, b| larger(a, *b));
-        // Far below the largest energy nothing can win.
+        // A cause that explains far less than the best one cannot win.
         let least = 0.3 * if largest < 200.0 / 0.3 { largest } else { 200.0 / 0.3 };
         let gain = |energy: f32| if energy > least { ground.gain(energy) } else { 0.0 };
         let gains = energies.map(gain);
@@ -119,7 +119,7 @@ impl Round {
         let (far, pair) = far::lines(window, joint, &ground);
         let most = gains.into_iter().chain(close_gains).chain(far.map(|place| place.best));
         let margin = most.fold(pair.best, larger) - BEHIND;
-        // In full, who might win.
+        // The causes that might win are weighed in full.
         let weigh = |cause, gain: f32, directions: &[Direction], most| {
             if open(cause) && gain > margin {
                 ground.weigh(directions, most)
@@ -221,7 +221,7 @@ impl Round {
     }
 }
 
-/// The belief in a line at the most probable distance, in lines elsewhere, and the most probable one.
+/// The belief in a line at the most probable distance, the belief in lines elsewhere, and the most probable line.
 fn together(places: &[Place; PLACES + FARS]) -> (Belief, Belief, Place) {
     /// Distances within this many bins belong to one line.
     const SAME: f32 = 0.6;
@@ -240,7 +240,7 @@ fn together(places: &[Place; PLACES + FARS]) -> (Belief, Belief, Place) {
 }
 
 impl Envelope {
-    /// The level has the priors of a slow swing as large as it is.
+    /// Gives the level the priors of a slow swing of the same size.
     pub fn swings(&mut self) {
         let levels = |term: &&mut Term| term.order > 0 && term.quarter == 0;
         let sizes = self.terms.iter_mut().filter(levels).map(|term| term.size * term.size);

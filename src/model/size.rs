@@ -11,7 +11,7 @@ use crate::math::scalar::{Scalar as _, larger};
 /// The number of sizes of a cause that are tried at most.
 const SIZES: usize = 10;
 
-/// A size so far below the best one ends the search.
+/// The search ends at a size whose logarithm is this far below the best one's.
 const FAR_BELOW: f32 = 3.0;
 
 /// One direction of a cause.
@@ -19,9 +19,9 @@ const FAR_BELOW: f32 = 3.0;
 pub struct Direction {
     /// The observation along it times the size's unit.
     pub along: f32,
-    /// The square of the size's unit, as far as it is seen.
+    /// The square of the size's unit, as far as the bins show it.
     pub square: f32,
-    /// The offset that a size of 1 makes.
+    /// The offset that a size of 1 causes, bins.
     pub pull: f32,
 }
 
@@ -41,12 +41,12 @@ impl Weighed {
     pub const NEVER: Self = Self { belief: Belief::NEVER, best: f32::NEG_INFINITY, variance: 1.0 };
 }
 
-/// What one size of a cause does.
+/// The effect of a cause of one size.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Effect {
     /// The energy that it explains.
     pub explained: f32,
-    /// What it costs to have had the choice.
+    /// The penalty for the freedom of the directions: half the logarithm of the information over the prior's.
     pub cost: f32,
     /// The offset that it moves the tone to.
     pub offset: f32,
@@ -65,7 +65,7 @@ pub struct Ground {
     pub strength: f32,
 }
 
-/// The energy that directions explain at most.
+/// The most energy that directions can explain.
 pub fn energy(directions: &[Direction]) -> f32 {
     let seen = directions.iter().filter(|direction| direction.square > 0.0);
     seen.map(|direction| direction.along * direction.along / direction.square).sum()

@@ -14,7 +14,7 @@ use crate::tone::evidence::Evidence;
 use crate::tone::fit::FitNear;
 use crate::tone::harmonic::{Harmonic, harmonic};
 use crate::tone::lines::{DRIFT, MOST, lines};
-use crate::tone::measure::{NO_TONE, rise, weigh};
+use crate::tone::measure::{NO_TONE, rise, with_evidence};
 use crate::tone::observer::{Observer, Tap};
 use crate::tone::options::Options;
 use crate::tone::phasor::ToneWithPhase;
@@ -61,7 +61,7 @@ impl Block<'_> {
         let &Terms { codes, band, rate_hz, ref options, .. } = terms;
         let (mut tone, mut evidence) = match peak {
             Some(peak) => {
-                weigh(view, fit_near, data, peak, codes, clipped, stamp, options, observer)
+                with_evidence(view, fit_near, data, peak, codes, clipped, stamp, options, observer)
             }
             None => NO_TONE,
         };

@@ -56,7 +56,7 @@ fn beats(tones: &[Tone; 3], signed: bool, equations: &Equations) -> ([Beat; 3], 
     }
 }
 
-/// The beats where the flat one is only known within some bins.
+/// The beats, if the flat one is only known within some bins.
 fn vague_flat([up, flat, down]: &[Tone; 3], bins: f32, equations: &Equations) -> [Beat; 3] {
     let wider = bins / EDGE_BINS;
     let variance = wider * wider * equations.edge;
@@ -73,7 +73,7 @@ fn weights(equations: &Equations) -> [f32; 3] {
     [1.0, flat.float, down.float]
 }
 
-/// Returns the targets that three beats may belong to: one for each pattern of signs. A `vague` flat beat is somewhere within that many bins of
+/// Returns the targets that three beats may belong to: one for each pattern of signs. A `vague` flat beat is only known to lie within that many bins of
 /// the flat tone's frequency.
 pub(crate) fn segments(
     tones: &[Tone; 3],
@@ -139,8 +139,8 @@ fn total(beats: &[Beat; 3], equations: &Equations) -> f32 {
     beats.iter().zip(weights).map(|(beat, weight)| beat.variance * weight * weight).sum()
 }
 
-/// A violation squared, over its variance, with 1 at five standard deviations. A flat beat that is not `told` is anywhere within some bins:
-/// only what is beyond is a violation, and its variance is that of the ramps.
+/// A violation squared, over its variance, with 1 at five standard deviations. A flat beat that is not `told` may be anywhere within some bins:
+/// only a distance beyond them is a violation, and its variance is that of the ramps.
 fn excess(violation: i64, beats: &[Beat; 3], told: bool, equations: &Equations) -> f32 {
     let total = total(beats, equations);
     if told {
@@ -193,7 +193,7 @@ fn patterns(
     })
 }
 
-/// The least contradiction of all patterns of signs, squared, with 1 at five standard deviations.
+/// The least contradiction among all patterns of signs, squared, with 1 at five standard deviations.
 fn least_excess(beats: &[Beat; 3], told: bool, signed: bool, equations: &Equations) -> f32 {
     let all = patterns(beats, signed, equations);
     let all = all.map(|Signed { violation, .. }| excess(violation, beats, told, equations));
@@ -216,7 +216,7 @@ pub fn contradiction(tones: &[Tone; 3], signed: bool, equations: &Equations) -> 
     least_excess(&beats, told, signed, equations)
 }
 
-/// Tells the targets that the beats of two ramps may belong to: one for I/Q beats, two for real ones.
+/// Reports the targets that the beats of two ramps may belong to: one for I/Q beats, two for real ones.
 pub(crate) fn ramps(
     tones: &[Tone; 2],
     signed: bool,

@@ -1,4 +1,4 @@
-//! The ranges and velocities that a target may have: what the user knows of the scene.
+//! The ranges and velocities that a target may have, as far as the user knows the scene.
 
 /// The ranges and velocities that a target may have, ends included; infinite where nothing is known.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,7 +6,7 @@ use fixed::types::I32F32;
 /// The most candidates that an answer holds.
 pub const CANDIDATES: usize = 4;
 
-/// A target that fits the beats as others do.
+/// One of several targets that fit the beats.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Candidate {
@@ -16,8 +16,8 @@ pub struct Candidate {
     /// Velocity, metres per second; positive when approaching.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     pub velocity: I32F32,
-    /// The probability of this candidate, 0 to 1. What is missing to 1 belongs to candidates without a place in the list, and to a target
-    /// with a beat that no ramp shows.
+    /// The probability of this candidate, 0 to 1. The rest up to 1 belongs to candidates that are not in the list, and to a
+    /// target with a beat that no ramp shows.
     pub odds: f32,
 }
 
@@ -74,7 +74,7 @@ impl defmt::Format for Candidates {
 pub enum Decision {
     /// The bounds of range and velocity in the configuration.
     Bound = 0,
-    /// The chirp before: only this candidate is where its own velocity took it.
+    /// The chirp before: only this candidate is where its velocity would have taken it.
     LastChirp = 1,
     /// The levels of the lines: the two beats of one target are equally strong.
     Levels = 2,

@@ -1,7 +1,7 @@
 //! Displacement from the phase of a tone: micrometres where a frequency shows millimetres.
 //!
-//! A way of half a wavelength turns the phase of a radar's tone once. So the phases of two blocks give the way between them, except for
-//! whole turns. The whole turns follow from other knowledge ([`Between`]): for a Doppler radar from the frequency itself, for a chirp from
+//! A displacement of half a wavelength turns the phase of a radar's tone once. So the phases of two blocks give the displacement between them,
+//! except for whole turns. The whole turns follow from other knowledge ([`Between`]): for a Doppler radar from the frequency itself, for a chirp from
 //! the target's low speed. If neither gives them for sure, the displacement restarts.
 
 use super::waveform::{Mixing, SPEED_OF_LIGHT, Scale, Shape, metres};
@@ -21,13 +21,13 @@ use fixed::types::I32F32;
 pub enum Between {
     /// A continuous wave: the phase runs on with the frequency, and the mean frequency of two blocks gives the number of turns.
     Frequency,
-    /// One block in a chirp, at the same place in each: the phase stands as long as the target does. It turns less than this share of a
+    /// One block in a chirp, at the same place in each: the phase is constant while the target is at rest. It turns less than this share of a
     /// turn from block to block, at most 1/4. A target that is faster, but turns the phase by less than one turn less this share, is
     /// refused.
     Turns(f32),
 }
 
-/// The way of a target since its displacement started.
+/// The displacement of a target since a start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Displacement {
@@ -73,7 +73,7 @@ const SURE: f32 = 6.0;
 
 impl Unwrapper {
     /// An unwrapper for a wavelength. `wavelength_m` is the wavelength of the carrier in the middle of the record, metres, over the cosine
-    /// of the angle between beam and motion: a way of half of it turns the phase once. `mixing` is the direction: [`Mixing::TxConjRx`] for
+    /// of the angle between beam and motion: a displacement of half of it turns the phase once. `mixing` is the direction: [`Mixing::TxConjRx`] for
     /// real records of a rising ramp. Real records of a continuous wave do not show the direction. `None` if the wavelength gives no valid
     /// scale.
     pub fn new(wavelength_m: f64, mixing: Mixing, between: Between) -> Option<Self> {

@@ -2,7 +2,7 @@
 //!
 //! A target has a line on every ramp. Two targets have two on each, and nothing in a triangle says which belong together; real samples do not
 //! show the signs of beats, either. So every combination of lines and of signs is a hypothesis, with a weight: the likelihood of its
-//! beats (a trapezoid's three satisfy one condition), of its levels (the echoes of one target are equally strong), and of the way from a
+//! beats (a trapezoid's three satisfy one condition), of its levels (the echoes of one target are equally strong), and of the movement from a
 //! hypothesis of the last chirp (a ghost is not where its own velocity takes it). Bounds exclude what cannot be. Where one hypothesis is left,
 //! except for a probability of [`WRONG`], it is the target; otherwise the answer is [`Verdict::Ambiguous`] and lists them.
 //!
@@ -61,7 +61,7 @@ pub(crate) fn solve(
             hypothesis.last = ways.fold(f32::NEG_INFINITY, f32::max);
         }
     }
-    // Without a way from the last chirp the targets are others.
+    // If no hypothesis leads here from the last chirp, these are other targets.
     let weight = |step: usize, hypothesis: &Hypothesis| {
         let Hypothesis { beats, levels, last, .. } = *hypothesis;
         if step >= 1 && !hypothesis.is_within(equations) {

@@ -65,7 +65,7 @@ pub(crate) struct Hypothesis {
     pub signs: [i8; 2],
     /// The worst verdict of the beats.
     pub verdict: Verdict,
-    /// Logarithms of the likelihoods of the beats, of the levels, and of the way from the last chirp.
+    /// Logarithms of the likelihoods of the beats, of the levels, and of the movement since the last chirp.
     pub beats: f32,
     pub levels: f32,
     pub last: f32,
@@ -88,8 +88,8 @@ impl Hypothesis {
             && within(self.velocity, best.velocity, best.sigma_velocity)
     }
 
-    /// The hypothesis with the verdict [`Verdict::Unresolved`] if a line rises otherwise than velocity and range say: it is of more than one
-    /// target, or the ramp is bent otherwise than the configuration says.
+    /// The hypothesis with the verdict [`Verdict::Unresolved`] if a line does not rise as velocity and range predict: it belongs to more than one
+    /// target, or the ramp is not bent as the configuration states.
     pub(super) fn with_rises(
         mut self,
         [rising, falling]: [&Line; 2],
@@ -164,7 +164,7 @@ impl Last {
         Self { kept: Vec::new() }
     }
 
-    /// Forgets all.
+    /// Forgets all hypotheses.
     pub fn forget(&mut self) {
         self.kept.clear();
     }

@@ -1,6 +1,6 @@
 //! How a followed tone may move: a bank of three Kalman filters of two states, frequency and rate, weighed by their innovations.
 //!
-//! Nobody knows beforehand whether a target stands, accelerates or jumps, and a single filter is wrong about two of the three. So three
+//! It is not known beforehand whether a target stands, accelerates or jumps, and a single filter is wrong about two of the three. So three
 //! models run in parallel, as an interacting multiple model (Blom and Bar-Shalom 1988; Bar-Shalom, Li and Kirubarajan 2001, section
 //! 11.6.6). The models mix before each block; after it, each is as probable as its innovation says. The answer is the mean of all three,
 //! and its variance includes what they differ by.
@@ -149,7 +149,7 @@ impl Motion {
         self.centre();
     }
 
-    /// Notes that what was taken for a scatter of this variance moves the target: it may be so far off, and step so far again.
+    /// Notes that what looked like scatter of this variance is a movement: the target may be that far off, and may step that far again.
     pub fn unsettle(&mut self, variance: f32) {
         for model in &mut self.models {
             let [x, xv, v] = model.covariance;

@@ -1,8 +1,8 @@
 //! Several targets from the beats of a chirp: finds the beats of the rising ramp, of the flat segment and of the falling ramp that belong
 //! to one target.
 //!
-//! The beats of one target satisfy one condition (see [`super::chirp`]) and are equally strong. Beats of different targets do both by
-//! chance, and make a ghost. But one chirp later a ghost is not where its own velocity takes it: its beats move as three targets do. So a
+//! The beats of one target satisfy one condition (see [`super::chirp`]) and are equally strong. If beats of different targets do both
+//! by chance, they make a ghost. But one chirp later a ghost is not where its own velocity takes it: its beats move as three targets do. So a
 //! triple of beats is a target if the chirps before led to it. Until then its verdict is `Ambiguous`.
 
 use super::chirp::{self, Target};
@@ -22,7 +22,7 @@ const MISSES: u8 = 6;
 /// The most targets remembered: the sure ones, and triples that may be targets.
 const REMEMBERED: usize = 6 * MOST;
 
-/// The most triples of a chirp that are looked at.
+/// The most triples of a chirp that are examined.
 const TRIPLES: usize = 8 * MOST;
 
 /// Half a gate, in standard deviations.

@@ -1,7 +1,7 @@
 //! The orders of a wave with sharp edges that fold about half the rate, and what they do to the orders that are measured.
 //!
-//! A wave that jumps, as that of a comparator, a hall sensor or a sawtooth, has orders whose amplitude falls as `1 / k`. Sampled without a
-//! filter they fold, and some come within a bin of an order that is measured. A line of r times its amplitude, d bins away, moves its
+//! A wave that jumps, such as that of a comparator, a Hall sensor or a sawtooth, has orders whose amplitude falls as `1 / k`. If it is sampled
+//! without a filter they fold, and some land within a bin of an order that is measured. A line of r times its amplitude, d bins away, moves its
 //! frequency by at most `r g(d)` bins in a fit by least squares, with `x = pi d`
 //!
 //! ```text
@@ -11,7 +11,7 @@
 //! If q periods are nearly a whole number of samples, orders `q + k` and `q - k` fold beside every order k, all at the same distance and with
 //! the same phase: every order moves as if the fundamental did. That phase is unknown, which halves the square.
 //!
-//! How strong the orders beyond half the rate are is read in bins that they have for themselves. Behind a filter nothing is there, and
+//! The strength of the orders beyond half the rate is read from bins that hold nothing else. Behind a filter these bins are empty, and
 //! nothing is widened.
 
 use super::lines::{Hunt, ROOM};
@@ -43,17 +43,18 @@ const NEAREST: f32 = 0.87;
 /// Half the second differences of white noise have this many times a bin's power.
 const BENT: f32 = 1.5;
 
-/// Noise alone exceeds its mean by so many deviations in one record of a thousand.
+/// Noise alone exceeds its mean by this many deviations in one record of a thousand.
 const SEEN: f32 = 3.1;
 
-/// Two edges cancel in at most two of so many orders in turn, for a tenth of a period or more between them.
+/// Of this many successive orders at most two vanish because two edges cancel, if the edges are a tenth of a period or more apart.
 const FEW: u32 = 4;
 
 /// `g(d) d` for large d: `3 / pi^2`.
 const FAR: f32 = 0.303_963_55;
 
-/// Edges lie between the same samples for a while, then all between others: the phase steps by a q-th of a turn, and a step in the middle of
-/// a record moves the frequency by 1.5 of that a record. So the bins that q periods are off are known no better, where edges are sharp.
+/// The edges lie between the same samples for a while, then all of them between the next: the phase steps by a q-th of a turn, and a step in
+/// the middle of a record moves the frequency by 1.5 times that, in turns a record. Where edges are sharp, the distance of q periods from a
+/// whole number of samples is known no better.
 const HIDDEN: f32 = 1.5;
 
 /// Lines and their orders in a series, 0 for a line that is not of the series.
@@ -120,13 +121,13 @@ impl Strength {
         SEEN * self.variance.root()
     }
 
-    /// Whether it is seen, or would be if it were as large as this.
+    /// Whether the strength is seen, or would be if it were as large as this.
     fn tells(&self, strength: f32) -> bool {
         self.weight > 0.0
             && (self.more > self.least() || strength * self.weight >= 2.0 * self.least())
     }
 
-    /// What is seen; nothing where noise has as much.
+    /// The strength; nothing if noise alone could have as much.
     fn value(&self) -> f32 {
         if self.more > self.least() { self.more / self.weight } else { 0.0 }
     }
@@ -163,7 +164,7 @@ impl Wave {
         wave
     }
 
-    /// The strength of the orders that fold, from those with bins of their own; that of the lines if these do not tell.
+    /// The strength of the orders that fold, from those with bins of their own; if there are none, that of the lines.
     fn seen(&self, hunt: &Hunt, of: &Orders) -> f32 {
         // A line's amplitude over its bin.
         let unit = if self.iq { 1.0 } else { 2.0 } / self.n as f32;

@@ -1,5 +1,5 @@
-//! The close look at a line that is not far above the noise next to it. Noise seldom is white: the floor of a band tells little about the
-//! noise at one place in the band.
+//! The close look at a line that is not far above the noise next to it. Noise is seldom white, so the floor of a band says little
+//! about the noise at one place in it.
 //!
 //! So a line must pass several tests at once. Each compares the ratio of the line's power to one noise power with the threshold for the
 //! degrees of freedom of this noise (see [`detection`](super::detection)): the floor of the band, the louder side of the ring, a ring twice
@@ -96,7 +96,7 @@ impl Detector {
 
     /// The factor on sigma of a line that is found in noise of this power per sample.
     ///
-    /// Lines near the threshold are found where noise has raised them, and so look more exact than they are. Measured: the excess of the
+    /// Lines near the threshold are found where noise has raised them, and so look more precise than they are. Measured: the excess of the
     /// factor over 1 falls with the fourth power of the line's power.
     #[inline(never)]
     pub(super) fn selection(&self, noise: f32) -> f32 {

@@ -2,11 +2,11 @@
 
 /// The effort spent on a line that is not a steady tone: the number of rounds of the joint fit, 0 to 3. The effort sets the most that a
 /// block may take, so a real-time system chooses it by the ceilings in `docs/performance.md`. The rounds need the feature `joint-fit`, and
-/// are in floats: a core without an FPU takes some forty times as long.
+/// compute in floats: a core without an FPU takes some forty times as long.
 ///
-/// A block that shows one steady tone has the same answer at every effort. With 0 rounds two more steps of the fit and tests on what it
-/// leaves say whether another line may be used. Each round joins one cause to the fit: a level that changes, a phase that bends or wanders, another line, or a pair of sidebands. `docs/effort.md` says
-/// which lines become usable, and how wrong they are.
+/// A block that shows one steady tone has the same answer at every effort. With 0 rounds two more steps of the fit, and tests of
+/// what it leaves, decide whether any other line may be used. Each round joins one cause to the fit: a level that changes, a phase that bends
+/// or wanders, another line, or a pair of sidebands. `docs/proofs.md` says which lines become usable, and how wrong they are.
 ///
 /// ```
 /// use picket_dsp::Effort;
@@ -18,7 +18,7 @@
 pub struct Effort(u8);
 
 impl Effort {
-    /// No round.
+    /// No rounds.
     pub const LOOK: Self = Self(0);
     /// One round.
     pub const ONE: Self = Self(1);
@@ -30,7 +30,7 @@ impl Effort {
     /// Every effort, the least first.
     pub const ALL: &[Self] = &[Self::LOOK, Self::ONE, Self::TWO, Self::THREE];
 
-    /// The effort of so many rounds; `None` beyond 3.
+    /// The effort of this many rounds; `None` beyond 3.
     pub const fn from_rounds(rounds: u8) -> Option<Self> {
         if rounds <= crate::model::constants::ROUNDS { Some(Self(rounds)) } else { None }
     }

@@ -55,7 +55,7 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// Nothing speaks against the tone.
+    /// No evidence against the tone.
     pub const CLEAN: Self = Self::new(Reasons::NONE);
 
     /// No tone at all.

@@ -6,8 +6,8 @@
 //! between the rails have little power where there are several: for amplitudes `1` and `a`, on a range of `-R..R` which the tones fill, the
 //! mean square of a sample is `R^2 (1 + a^2) / 2 (1 + a)^2`, a quarter of `R^2` for two equal tones. A record wraps if at most 1 % of its
 //! samples touch a rail and its mean square is larger. Tones of which one is locked to three times another have more power below the same
-//! crest; that is rare, and needs a record that fills the range. So does a square wave have it, but its two levels do not reach both rails,
-//! as codes that wrap do.
+//! crest; that is rare, and needs a record that fills the range. A square wave has more power, too, but its two levels do not reach both
+//! rails, as codes that wrap do.
 //!
 //! **Samples that change places.** Both samples of a word are exchanged if a transfer has the wrong order of half-words. A tone of `w`
 //! radians a sample becomes, with its neighbours exchanged,
@@ -18,7 +18,7 @@
 //!
 //! so that a line of `sin(w)` arises at half the rate less the frequency. From an eighth of the rate to three eighths this line is the
 //! stronger one. Its phase and size follow from the other line: with `Y` the bins, `Y[N/2 - k] = +-j cot(w) Y[k]*`. Nearer to a quarter of
-//! the rate the weaker line drowns in noise, and the exchange leaves no trace.
+//! the rate the noise hides the weaker line, and nothing shows the exchange.
 
 use super::observer::Tap;
 use super::statistic::{Statistic, Test};
@@ -93,18 +93,18 @@ const MODEL: f32 = 0.006_33;
 /// The share of a line that the integer transform leaves.
 const TRANSFORM: f32 = RESIDUE as f32;
 
-/// The faults that are possible, by the search of a record.
+/// The faults that the search of a record leaves possible.
 #[derive(Clone, Copy, Debug)]
-pub struct Glance {
+pub struct QuickTest {
     /// There are other lines, or noise of equal power.
     pub others: bool,
     /// There is a line where exchanged samples would put one.
     pub exchanged: bool,
 }
 
-impl Glance {
+impl QuickTest {
     /// Looks at the search's sums, and at one bin of a real record whose tone is between an eighth of the rate and three eighths: all in
-    /// integers, so that most records end here. Every fault that [`Sight`] would find passes, but for a chance of noise. `unit` is the unit
+    /// integers, so that most records end here. Every fault that [`FullTest`] would find passes, unless noise hides it. `unit` is the unit
     /// of the bins, `noise` the power per sample.
     #[inline]
     pub fn from_search(view: &View, peak: &Peak, codes: Codes, [unit, noise]: [f32; 2]) -> Self {
@@ -134,7 +134,7 @@ impl Glance {
     }
 }
 
-/// The least power of a line's three bins and of the others, in stored units, for a record that [`Sight::wraps`] rejects.
+/// The least power of a line's three bins and of the others, in stored units, for a record that [`FullTest::wraps`] rejects.
 ///
 /// The least power that three tones may have is 0.24 of the square of half the range, see [`most`], and at least half of it is in the bins.
 /// A line of amplitude `A` has the power `(A N / 2)^2` in its bins, `(A N)^2` in an I/Q record, and its three bins have 0.85 of that power.
@@ -180,11 +180,11 @@ pub(super) fn has_fault(
 ) -> bool {
     let others = || peak.floor as f32 * (unit * unit);
     observer.hear(|| other_lines(others(), fit));
-    let glance = Glance::from_search(view, peak, codes, [unit, noise]);
-    if glance.is_clear() {
+    let possible = QuickTest::from_search(view, peak, codes, [unit, noise]);
+    if possible.is_clear() {
         return false;
     }
-    let sight = Sight {
+    let test = FullTest {
         n: view.layout.n,
         iq: view.layout.iq,
         peak: peak.bin,
@@ -197,11 +197,11 @@ pub(super) fn has_fault(
         // A cast saturates.
         lines: &|least| lines(view, peak.bin, (least / (unit * unit)) as u64),
     };
-    sight.is_faulty(glance, observer)
+    test.is_faulty(possible, observer)
 }
 
-/// Whether a record has more power than tones between the rails have where there are as many lines: codes that wrap make lines wherever one
-/// looks, so that nothing beside a tone is explained.
+/// Whether a record has more power than as many tones between the rails can have. Codes that wrap make lines all over the band, so no signal
+/// beside a tone explains them.
 #[inline(never)]
 pub(super) fn is_full(
     view: &View,
@@ -227,7 +227,7 @@ pub(super) fn is_full(
 }
 
 /// The variance in squared bins of a tone of `bins` in `data` by the edges of two levels; 0 of any other wave. A wave of two levels changes
-/// between samples: where, no sample tells, and so the frequency is not known better than by the interval's part at both ends of the record.
+/// somewhere between two samples. So at both ends of the record the time of a change is uncertain by the interval between samples.
 #[inline(never)]
 pub(super) fn edges(data: Data, bins: f32, n: usize) -> f32 {
     /// The mean square of a wave of two levels over the square of half their distance is 1, that of a tone a half.
@@ -256,9 +256,9 @@ pub fn other_lines(others: f32, fit: &Fit<f32>) -> Test {
     Test { statistic: Statistic::OtherLines, value: others / fit.line.norm_sqr(), limit: OTHERS }
 }
 
-/// A record and its tone, as the tests need them.
+/// The record and its tone, for the tests that decide.
 #[derive(Clone, Copy)]
-pub struct Sight<'a> {
+pub struct FullTest<'a> {
     /// Samples of the record.
     pub n: usize,
     /// Whether the samples are I/Q.
@@ -281,19 +281,19 @@ pub struct Sight<'a> {
     pub lines: &'a dyn Fn(f32) -> u32,
 }
 
-impl Sight<'_> {
+impl FullTest<'_> {
     /// Whether the record looks as a faulty front end makes it, for the faults that are possible. Cost: three bins for exchanged samples; a
     /// pass over the samples where the range is filled and other bins have a thirty-second of the tone's power, and a pass over the bins
     /// where there is more power than three tones can have.
     #[inline(never)]
-    pub fn is_faulty(&self, glance: Glance, observer: impl Tap) -> bool {
+    pub fn is_faulty(&self, possible: QuickTest, observer: impl Tap) -> bool {
         let line = self.fit.line.norm_sqr();
         let share = self.others / line - leakage(self.iq, self.fit.offset);
-        let wraps = glance.others
+        let wraps = possible.others
             && share > OTHERS
             && self.is_full(share)
             && self.wraps(share, THIRD * line, observer);
-        wraps || !self.iq && glance.exchanged && self.is_exchanged(observer)
+        wraps || !self.iq && possible.exchanged && self.is_exchanged(observer)
     }
 
     /// Whether the bins alone have nearly the power that three tones may have: only then are the samples read.
@@ -378,8 +378,8 @@ fn most(share: f32) -> [f32; 2] {
     [TWO * bound(share, 0), THREE * bound(share, 1)]
 }
 
-/// The power of tones whose crests reach the rails, over the square of half the range: the strongest, so many of the power [`THIRD`], and
-/// one that has the rest of the `share`.
+/// The power of tones whose crests reach the rails, over the square of half the range: the strongest tone, `weak` tones of the
+/// power [`THIRD`], and one with the rest of the `share`.
 fn bound(share: f32, weak: u32) -> f32 {
     // No tone is stronger than the strongest.
     let share = share.min(1.0);

@@ -1,20 +1,21 @@
 //! One fundamental from all its harmonics: of the mains, a motor, blades, a string.
 //!
-//! The error of a harmonic of order k says k times as much about the fundamental as the fundamental's own error. The lines of a record are
-//! fitted together ([`super::lines`]). A candidate for the fundamental is a line's frequency over a whole number; the right one explains
-//! the most lines, each by as much as its place is not chance, and among candidates that explain the same lines it is the highest. So a fundamental that is weaker than its harmonics,
-//! or missing, is not mistaken for a harmonic as long as two lines of orders without a common factor are seen. With `f_k` and `s_k` the
+//! A harmonic of order k determines the fundamental k times as precisely as its own frequency. The lines of a record are fitted together
+//! ([`super::lines`]). A candidate for the fundamental is a line's frequency over a whole number. The right one explains the most lines, each
+//! weighed by how improbable its place is by chance; among candidates that explain the same lines it is the highest. So a fundamental that
+//! is weaker than its harmonics, or missing, is not mistaken for a harmonic as long as two lines of orders without a common factor are seen.
+//! With `f_k` and `s_k` the
 //! frequency of order k and its sigma by the noise alone,
 //!
 //! ```text
 //! f = (sum k f_k / s_k^2) / (sum k^2 / s_k^2)        sigma^2 = 1 / sum k^2 / s_k^2
 //! ```
 //!
-//! The orders of a wave with edges fold at half the rate: a line there counts for the series, and sigma covers what they do beside the orders
-//! below (see `aliases`).
+//! The orders of a wave with edges fold at half the rate. A line that folds there counts for the series, and sigma covers what folded orders
+//! do to the lower ones (see `aliases`).
 //!
 //! The partials of a stiff string are stretched, `f_k = k f sqrt((1 + B k^2) / (1 + B))` with B up to 3e-4 (Fletcher 1964,
-//! doi:10.1121/1.1918981). Where the multiples leave more than their sigmas, f and `f B / 2` are fitted together, with `k (k^2 - 1)` beside k.
+//! doi:10.1121/1.1918981). Where the lines are off the multiples by more than their sigmas, f and `f B / 2` are fitted together, with `k (k^2 - 1)` beside k.
 
 use super::aliases::{Orders, pulls};
 use super::evidence::Evidence;
@@ -58,8 +59,8 @@ impl Harmonic {
 const OFF: f32 = 6.0;
 const LEAST_BINS: f32 = 0.02;
 
-/// The amplitude of an order times its number is the same for all orders of an edge, but where two edges cancel: those that fold are at most
-/// so much stronger than the strongest of the others.
+/// The amplitude of an order times its number is the same for all orders of an edge, unless two edges cancel. So orders that fold are at
+/// most this many times as strong as the strongest of the others.
 const EDGE: f32 = 2.0;
 
 /// Prior: one series in twenty has edges and no filter before the converter.
@@ -68,8 +69,8 @@ const FOLDING: f32 = 3.0;
 /// Half of the largest B, as a share of the fundamental that a line may be off for each `k (k^2 - 1)`.
 const STRETCH: f32 = 1.5e-4;
 
-/// From here on sigma covers a stretch: it takes so much off the sum of the squares of what lines are off, in their sigmas. Noise does so in
-/// one series of 150. Where the multiples contradict each other and a stretch mends it, it is there.
+/// From here on sigma covers a stretch: the stretch lowers the sum of the squared distances of the lines, in their sigmas, by this much. Noise
+/// does so in one series of 150. If lines contradict the multiples and a stretch removes the contradiction, the series is stretched.
 const BETTER: f32 = 6.0;
 
 /// From this many sigmas on a line contradicts the others.
@@ -134,17 +135,17 @@ struct Place {
     rest: f32,
     /// Whether only a stretch explains it.
     stretched: bool,
-    /// The chance with which a line anywhere lies on a multiple, and how many times as large the chance is with a stretch.
+    /// The probability that a line anywhere lies on a multiple by chance, and how many times as large it is with a stretch.
     chance: f32,
     room: f32,
 }
 
-/// What candidates are sought in.
+/// The lines and limits among which candidates are sought.
 #[derive(Clone, Copy)]
 struct Search {
     n: usize,
     iq: bool,
-    /// The highest order that the fundamental is measured by. Higher ones tell series apart.
+    /// The highest order that the fundamental is measured by. Higher orders only distinguish series.
     highest: i32,
 }
 
@@ -158,7 +159,7 @@ struct Series {
     count: u32,
     /// The fundamental, cycles per sample.
     cycles: f32,
-    /// Whether lines beside their multiples are its own.
+    /// Whether lines off their multiples belong to the series.
     stretches: bool,
 }
 
@@ -179,10 +180,10 @@ impl Series {
             place.map(|place| place.order as f32 * line.tone.amplitude)
         };
         let edge = EDGE * lines.iter().filter_map(size).fold(0.0, f32::max);
-        // One line beside its multiple is another line; two or more are stretched.
+        // A single line off its multiple is another line; two or more mean a stretch.
         let (mut beside, mut more, mut most_room, mut last, mut fold) = (0, 0.0, 1.0f32, 0, 0.0);
         for ToneWithPhase { tone, .. } in lines {
-            // A line anywhere is at a place of the series by chance.
+            // The probability that a line anywhere is at a place of the series by chance.
             let odds = 1.0 + tone.snr * search.n as f32;
             let evidence = |chance: f32| libm::logf(odds.min(1.0 / chance)).max(0.0);
             let Some(Place { order, stretched, chance, room, .. }) = series.seek(tone) else {
@@ -200,7 +201,7 @@ impl Series {
         }
         if beside > 1 {
             series.stretches = true;
-            // One stretch is of all lines.
+            // All lines share one stretch.
             let more = more - libm::logf(most_room);
             (series.count, series.evidence) = (series.count + beside, series.evidence + more);
         }
@@ -231,7 +232,7 @@ impl Series {
         (OFF * sigma).max(LEAST_BINS / self.search.n as f32)
     }
 
-    /// The chance with which a line anywhere is where an order folds; `None` if this one is not. Beyond half the rate are only the orders of
+    /// The probability that a line anywhere is where an order folds by chance; `None` if this line is not. Beyond half the rate are only the orders of
     /// edges, whose amplitude times their number is `edge` at most.
     fn folded(&self, line: &Tone, edge: f32) -> Option<f32> {
         let step = self.seed.frequency.0.to_bits() / self.over.max(1);
@@ -305,7 +306,7 @@ impl Series {
         let start = self.seed.frequency.cycles() / f64::from(self.over);
         let (mut along, mut weight, mut variance) = (0.0, 0.0, 0.0);
         for (ToneWithPhase { tone, .. }, (order, rest)) in placed() {
-            // A movement widens every line's sigma, but they all move together: noise alone weighs.
+            // A movement widens the sigma of every line, but all of them move together: only the noise counts in the weights.
             let k = order as f32;
             let share = k * tone.snr;
             // In bins, so that no square is too small.

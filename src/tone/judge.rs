@@ -3,7 +3,7 @@
 //! Another tone, a jump of the phase or a sweep leaves power in the few bins nearest the peak.
 //! Something far away leaks into all of them. So there are tests at several scales. One more test
 //! looks along the five directions in which a tone's amplitude and frequency change over the
-//! record (see [`crate::tone::fit::Rest`]). Noise alone fires one of the tests in a block of a
+//! record (see [`crate::tone::fit::Rest`]). Noise alone fires one of the tests of the close look in one block of a
 //! million.
 //!
 //! If these directions explain the power, the tone moves; otherwise there are several tones. Sigma grows with the frequency error that such
@@ -21,7 +21,7 @@ use super::observer::Tap;
 use super::statistic::{Statistic, Test};
 use crate::tone::fit::Fit;
 
-/// Above this power in the bins up to 2 and up to 4 from the peak the tests are made.
+/// Above this power in the bins up to 2 and up to 4 from the peak the first look does not call a line steady.
 const UNLIKELY: [f32; 2] = [35.0, 50.0];
 
 /// The power of a disturbance along the direction of the frequency, in units of its power in the residual: 3 for a jump of the phase in the
@@ -77,7 +77,7 @@ pub fn first_look(fit: &Fit<f32>, n: usize, beside: &LocalNoise, observer: impl 
     ] {
         observer.hear(|| Test { statistic, value: power * unit, limit });
     }
-    // Less power is not improbable for any number of bins, and widens nothing in the directions. Most blocks end here.
+    // Noise may well leave as much as this, and it widens nothing. Most blocks end here.
     if along * unit < SUSPICIOUS
         && two * unit < UNLIKELY[0]
         && four * unit < UNLIKELY[1]
@@ -85,7 +85,7 @@ pub fn first_look(fit: &Fit<f32>, n: usize, beside: &LocalNoise, observer: impl 
     {
         return FitTest::STEADY;
     }
-    // Of a disturbance as much may be along the frequency as in the residual.
+    // A disturbance may have as much power along the frequency as in the residual.
     let most = along.max(two).max(four) * unit;
     FitTest { line: LineClass::Unresolved, variance_inflation: 1.0 + HIDDEN * most }
 }

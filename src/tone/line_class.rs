@@ -25,5 +25,5 @@ impl FitTest {
     pub const STEADY: Self = Self { line: LineClass::Steady, variance_inflation: 1.0 };
 }
 
-/// Above this power in the five directions sigma grows. Noise alone exceeds it in 3 % of blocks.
+/// Above this power along the five directions sigma grows. Noise alone exceeds it in 4 % of blocks (if its power were known, in 3 %: chi-square).
 pub(super) const SUSPICIOUS: f32 = 12.37;

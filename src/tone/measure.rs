@@ -1,4 +1,4 @@
-//! From the transform of a block to a tone with sigma and verdict: `weigh` takes the further steps of
+//! From the transform of a block to a tone with sigma and verdict: `with_evidence` takes the steps from the fit on of
 //! [the crate's list](crate#how-a-block-becomes-a-tone).
 //!
 //! One fit of a tone to the bins around the peak gives offset, amplitude and residual ([`fit`]); a ring of bins beside them
@@ -11,11 +11,10 @@
 //! with v the factor of the judgement, r the part of the engine's rounding that the ring does not see, s the factor of a line near the
 //! threshold, and u the engine's error, the carrier's width and the rounding of the frequency. A usual line has v = s = 1.
 //!
-//! The residual over the noise decides whether the line is one steady tone (`judge`). Where it is not, the fit takes more
-//! steps, then a drift beside the tone, then the joint fit of [`crate::model`], as far as the effort allows. The line must exceed the
-//! noise, and the samples and the rest of the spectrum must look as a good front end makes them: a usual block ends at
-//! `Glance::is_clear`. All results are one [`Evidence`], and the verdict is the highest severity that
-//! applies. The paths of other blocks are in `unusual`.
+//! The residual over the noise decides whether the line is one steady tone (`judge`). If it is not, the joint fit of [`crate::model`]
+//! follows; with no rounds of effort, the fit takes more steps instead. The line must exceed the noise, and the samples and the rest of the
+//! spectrum must be as a good front end makes them: a usual block ends at `QuickTest::is_clear`. All results are one [`Evidence`], and the
+//! verdict is the highest severity that applies. Code that most blocks do not run is in `unusual`.
 
 mod unusual;
 
@@ -55,7 +54,7 @@ use crate::spectrum::view::View;
 ///
 /// If more than 1 % of the samples clip, noise and sigma come from the other samples (see [`CensoredFit`]), whatever the method. The
 /// censored fit costs one more pass over the samples.
-#[expect(clippy::too_many_arguments, reason = "what a stage is counted by")]
+#[expect(clippy::too_many_arguments, reason = "benchmarks count it as one stage")]
 pub fn measure(
     view: &View,
     fit_near: FitNear,
@@ -67,7 +66,7 @@ pub fn measure(
     options: &Options,
 ) -> Tone {
     let (mut tone, evidence) =
-        weigh(view, fit_near, data, peak, codes, clipped, stamp, options, ());
+        with_evidence(view, fit_near, data, peak, codes, clipped, stamp, options, ());
     tone.conclude(&evidence);
     tone
 }
@@ -78,7 +77,7 @@ pub(crate) const NO_TONE: (Tone, Evidence) = (Tone::ZERO, Evidence::NO_TONE);
 /// Like [`measure`], but returns the evidence without a verdict, so that the caller can add to it; the tone is `good` so far.
 #[expect(clippy::too_many_arguments, reason = "takes measure's arguments and an observer")]
 #[inline(never)] // one with an observer, one without
-pub(crate) fn weigh(
+pub(crate) fn with_evidence(
     view: &View,
     fit_near: FitNear,
     data: Data,
@@ -101,7 +100,7 @@ pub(crate) fn weigh(
         };
         by_method = Some(offset.to_num::<f32>());
     }
-    // Fit: in place, because it would be copied.
+    // Fit: changed in place, which saves a copy.
     let reach = options.reach;
     let Some(fit) = &mut fit_near(around, arithmetic, reach, FitStart::Usual) else {
         return NO_TONE;
@@ -116,17 +115,17 @@ pub(crate) fn weigh(
         unusual::at_edge(&mut beside, fit, n);
     }
     let noise = beside.noise.power;
-    // Judgement. A clipped tone has harmonics, which are not a movement.
+    // Judgement. A clipped tone has harmonics, which are no change of the tone.
     let bends = stamp.segment.bends();
-    let look = Look { n, from_end: around.from_end(), bends, rounds };
+    let context = LineContext { n, from_end: around.from_end(), bends, rounds };
     let judged = |fit: &Fit<f32>, step| {
         observer.begin(step);
-        let judgement = judge_unless_clipped(fit, &look, &beside, clipped, observer);
+        let judgement = judge_unless_clipped(fit, &context, &beside, clipped, observer);
         observer.judged(&judgement, true);
         judgement
     };
     let mut judgement = judged(fit, Step::Usual);
-    if look.rounds == 0 && judgement.line != LineClass::Steady && clipped <= CLIPPED {
+    if context.rounds == 0 && judgement.line != LineClass::Steady && clipped <= CLIPPED {
         judgement = unusual::further(fit_near, around, options, fit, judgement, judged);
     }
     let FitTest { line: mut class, variance_inflation } = judgement;
@@ -230,25 +229,25 @@ pub fn rise(view: &View, peak: i32, options: &Options) -> Option<FrequencyDrift>
     Some(FrequencyDrift::from_fit(&fit, near.n, beside.noise.power))
 }
 
-/// What a line is judged by, beside its fit.
-struct Look {
+/// What the judgement of a line needs besides its fit.
+struct LineContext {
     n: usize,
     from_end: i32,
     bends: bool,
     rounds: u8,
 }
 
-/// The line's class, and the factor by which its variance exceeds the variance that the noise causes: by the first look alone if a joint
-/// fit follows. A clipped record has harmonics: only whether the residual is too large.
+/// The line's class, and the factor by which its variance exceeds the variance that the noise causes. The first look alone decides if a joint
+/// fit follows. A clipped record has harmonics, so only the size of its residual is tested.
 fn judge_unless_clipped(
     fit: &Fit<f32>,
-    &Look { n, from_end, bends, rounds }: &Look,
+    &LineContext { n, from_end, bends, rounds }: &LineContext,
     beside: &LocalNoise,
     clipped: f32,
     observer: impl Tap,
 ) -> FitTest {
     if clipped <= CLIPPED {
-        // On a ramp the close look knows a motion's bend from everything else.
+        // On a ramp the close look separates the bend that a motion makes from everything else.
         return match rounds {
             1.. if !bends => first_look(fit, n, beside, observer),
             _ => judge(fit, n, from_end, beside, bends, observer),

@@ -117,7 +117,7 @@ impl Threshold {
             return f32::INFINITY;
         }
         let m = floor_bins as f32;
-        m * raised(self.floor / m)
+        m * exp_m1(self.floor / m)
     }
 
     /// True if a peak with this ratio to the noise near it is a tone by far, so that no
@@ -146,7 +146,7 @@ impl Threshold {
     #[inline(always)]
     pub fn beside(&self, dof: f32, less: Relaxation) -> f32 {
         let m = dof * 0.5;
-        m * raised((self.log - less.0 as f32 * LN_2).max(0.0) / m)
+        m * exp_m1((self.log - less.0 as f32 * LN_2).max(0.0) / m)
     }
 
     /// Whether a band has enough bins away from its peak to separate noise from tones.
@@ -189,7 +189,7 @@ impl Threshold {
 }
 
 /// `exp(x) - 1` for x >= 0: by the series up to 1/8, by squaring above.
-fn raised(x: f32) -> f32 {
+fn exp_m1(x: f32) -> f32 {
     let (mut small, mut squarings) = (x.min(100.0), 0);
     while small > 0.125 {
         small *= 0.5;
@@ -222,10 +222,10 @@ mod tests {
     #[test]
     fn exponentials() {
         for x in [0.0, 1e-4, 0.02, 0.124, 0.126, 0.5, 1.0, 3.0, 20.0, 80.0] {
-            let ratio = super::raised(x) / libm::expm1f(x);
+            let ratio = super::exp_m1(x) / libm::expm1f(x);
             assert!(x == 0.0 || (ratio - 1.0).abs() < 2e-5, "{x}: {ratio}");
         }
-        assert_eq!(super::raised(f32::INFINITY), f32::INFINITY);
+        assert_eq!(super::exp_m1(f32::INFINITY), f32::INFINITY);
     }
 
     #[test]

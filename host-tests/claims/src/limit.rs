@@ -4,7 +4,7 @@ use crate::seen::{Seen, Trial};
 use picket_dsp::{Usable, Verdict};
 use statrs::distribution::{Binomial, ChiSquared, ContinuousCDF, DiscreteCDF};
 
-/// How likely a claim that is just true fails by chance: of 400 cases one in 10^4 runs.
+/// The probability that a claim which is just true fails by chance: of ten thousand cases with two limits, one fails in 200 runs.
 pub const RISK: f64 = 2.5e-7;
 
 /// What may be the case with an answer or a trial.

@@ -1,4 +1,4 @@
-//! What each effort makes of a tone with one thing beside it: the table of docs/effort.md.
+//! What each effort makes of a tone with one thing beside it: the table of docs/proofs.md.
 
 use picket_claims::figures::{hold as hold_figures, long};
 use picket_claims::scenes::{Kind, beside, first, hum, line, tones};
@@ -349,7 +349,7 @@ fn the_campaign() {
 }
 
 /// A tone below the noise is none. In white noise each effort finds as many as the next; in noise of another shape the joint fit may find twice as
-/// many, see docs/effort.md.
+/// many, see docs/proofs.md.
 #[test]
 fn noise_alone_is_no_tone_with_three_rounds() {
     let eighth = |n: usize, db: f64| {

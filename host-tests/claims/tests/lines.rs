@@ -173,7 +173,7 @@ fn two_tones_are_not_one() {
     hold(rows);
 }
 
-/// trust.md 5: two real tones at a distance in bins, the second weaker by so many dB. The figures hold from 2.5 bins on. Below 1.9 bins the
+/// Two real tones at a distance in bins, the second weaker by so many dB. The figures hold from 2.5 bins on. Below 1.9 bins the
 /// verdict says so; in between, and for the stronger tone up to 3 bins, sigma is up to a sixth too small, as it does not know of the other
 /// tone.
 #[test]

@@ -131,7 +131,8 @@ fn lines_outside_the_band_are_not_noise() {
     hold(rows);
 }
 
-/// The default thresholds of trust.md 3. By the power of its bin and the floor alone a tone would be found as often at -4.6, -10.7 and -16.5 dB.
+/// The default thresholds, as docs/proofs.md has them under Detection. By the power of its bin and the floor alone a tone would be found as
+/// often at -4.6, -10.7 and -16.5 dB.
 #[test]
 fn tones_are_found_and_noise_is_not() {
     let mut rows = Vec::new();

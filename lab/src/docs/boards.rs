@@ -20,7 +20,7 @@ pub(super) const TABLES: &[Table] = &[
     Table::new(PICO, "worst", worst),
     Table::new(PICO, "latency", |_| latency("pico", "a usual block", "a usual block's")),
     Table::new(PICO, "codes", codes),
-    Table::new("docs/effort.md", "claims", claims),
+    Table::new("docs/proofs.md", "effort", effort),
     Table::new("docs/trust.md", "false alarms", false_alarms),
     Table::new("docs/python.md", "errors", errors),
 ];
@@ -203,7 +203,7 @@ fn codes(_: &Table) -> Lines {
     Ok(lines)
 }
 
-fn claims(_: &Table) -> Lines {
+fn effort(_: &Table) -> Lines {
     let mut lines = head(
         "| beside the tone | refused %: 0 | 2 | 3 rounds | refused, right %: 0 | 2 | 3 | usable, off %: 0 | 2 | 3 | sigma: 0 | 2 | 3 |",
     );

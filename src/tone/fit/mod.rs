@@ -65,7 +65,7 @@ pub enum FitStart<T> {
 
 /// The steps of a [`FitStart`]. A Gauss-Newton step assumes the curvature of a steady tone's line. A tone that is on for a share p of the
 /// record has a wider line, of `p^2` times the curvature, so each step covers only `p^2` of the remaining way. Two steps give the
-/// curvature, and so the way, by a secant.
+/// curvature, and so the remaining distance, by a secant.
 struct Pace<T> {
     further: bool,
     /// The last Gauss-Newton step, and the step that was taken instead.

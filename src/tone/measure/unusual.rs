@@ -1,4 +1,4 @@
-//! The paths of a measurement that a usual block does not take: an edge of the noise, a line that is not a steady tone, a record that clips,
+//! The parts of a measurement that most blocks do not need: an edge of the noise, a line that is not a steady tone, a record that clips,
 //! another method than least squares.
 
 use crate::math::scalar::Scalar as _;
@@ -19,7 +19,7 @@ use crate::tone::sigma::{self, bound_bins};
 /// Degrees of freedom of the bins five to eight off.
 const MIDDLE: f32 = 16.0;
 
-/// The noise of the quieter side of an edge, if it is not what a steady tone leaves: another line may make the edge.
+/// The noise of the quieter side of an edge, if the line is not a steady tone in this noise: another line may make the edge.
 #[inline(never)]
 pub(super) fn beside_a_line(ring: &LocalNoise, fit: &Fit<f32>, n: usize) -> Option<LocalNoise> {
     let quiet = ring.quieter(MIDDLE);
@@ -55,8 +55,8 @@ fn rest_from_five(fit: &Fit<f32>, n: usize, free: f32) -> Option<f32> {
     Some(power * (2.0 / n as f32))
 }
 
-/// A line that is no steady tone by the usual fit, and that no joint fit will explain: the fit with two more steps, which estimate its end
-/// by a secant.
+/// A line that is not a steady tone by the usual fit, where no joint fit follows: the fit takes two more steps, and estimates its end by a
+/// secant.
 #[inline(always)]
 pub(super) fn further(
     fit_near: FitNear,
@@ -91,7 +91,7 @@ pub(super) struct Explained {
     pub joined: u8,
 }
 
-/// Whether a harmonic of a tone that clips folds onto the tone itself, where no fit tells both: the next order to fold there is `k - 1` or
+/// Whether a harmonic of a tone that clips folds onto the tone itself, where no fit can separate both: the next order to fold there is `k - 1` or
 /// `k + 1` if `k` times the tone is a multiple of the rate.
 pub(super) fn has_harmonic_on_it(around: &Neighbourhood, fit: &Fit<f32>) -> bool {
     /// Bins: half of what resolves two lines.
@@ -106,7 +106,7 @@ pub(super) fn has_harmonic_on_it(around: &Neighbourhood, fit: &Fit<f32>) -> bool
     })
 }
 
-/// The joint fit of a line that is not a steady tone, whose offset and amplitude `fit` takes over; `None` if the effort has no round, or
+/// The joint fit of a line that is not a steady tone; `fit` takes over its offset and amplitude. `None` if the effort has no rounds, or
 /// nothing can be fitted.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "one place calls it")]
@@ -123,27 +123,27 @@ pub(super) fn joint(
     let (threshold, effort) = (options.threshold, options.effort);
     let (answer, noise, found) = block::joint(around, fit, ring, threshold, effort, bends)?;
     observer.joint(&answer);
-    // A harmonic of what clips may be so near that no fit knows it from a change.
+    // A harmonic of a clipped tone may be so near that no fit separates it from a change.
     if clips && (answer.unresolved || answer.moves) {
         return None;
     }
-    // What the tests resolve stands: the close look of a ramp knows a bend of any size.
+    // Where the tests resolve the line, their answer stands: on a ramp the close look knows a bend of any size.
     if answer.unresolved && class != LineClass::Unresolved {
         return None;
     }
-    // Of what clips, nobody knows all harmonics.
+    // The joint fit does not know all harmonics of a clipped tone, so sigma covers the distance to the answer of the usual fit.
     let apart = if clips { answer.offset - fit.offset } else { 0.0 };
-    // The phase stays as the fit's changes have it.
+    // The phase stays that of the usual fit.
     let grown = (answer.line.norm_sqr() / fit.line.norm_sqr()).root();
     (fit.offset, fit.line) = (answer.offset, fit.line * grown);
-    // A carrier that is told to be as wide changes as no cause does.
+    // A carrier whose stated width explains the change may change in ways that no cause describes.
     let wide = answer.moves && answer.variance < options.width.of_block();
     let class = match answer {
         Answer { unresolved: true, .. } if !wide => LineClass::Unresolved,
         Answer { moves: true, .. } => LineClass::Moving,
         _ => LineClass::Steady,
     };
-    // A motion bends the phase of a ramp's tone, so far that it looks like other changes: those are no other line.
+    // A motion bends the phase of a ramp's tone so far that it looks like other changes, too. They are not another line.
     let counts = |cause: Cause| !bends || matches!(cause, Cause::Line | Cause::Sidebands);
     let kept = Cause::ALL.into_iter().zip(answer.kept);
     let joined = kept.filter(|(cause, _)| counts(*cause)).map(|(_, count)| count).sum();

@@ -92,7 +92,7 @@ impl Own {
 }
 
 /// [`Own`] in integers.
-pub(super) struct Whole {
+pub(super) struct OwnInIntegers {
     value: Point,
     image: Point,
     peak: i32,
@@ -101,7 +101,7 @@ pub(super) struct Whole {
     mirror: Option<i32>,
 }
 
-impl Whole {
+impl OwnInIntegers {
     pub(super) fn from_own(own: &Own) -> Self {
         let integers = |z: Complex<f32>| [z.re as i32, z.im as i32];
         let (value, image) = (integers(own.value), integers(own.image));

@@ -22,7 +22,7 @@
 //! `own` evaluates the left side of the equation less the tone's share on the right, in floats or in integers, and sums its squares over a
 //! stretch; near an end of a real spectrum the share of the mirror image is subtracted, too.
 
-use super::own::{Own, STEP, Stretch, Whole};
+use super::own::{Own, OwnInIntegers, STEP, Stretch};
 use super::power::{Noise, rounding};
 use super::{whole, whole_fixed};
 use crate::math::scalar::Scalar;
@@ -244,7 +244,7 @@ fn from_sides(sides: [Side; 2], scale: f32, least: f32) -> LocalNoise {
         (power, variance, power, [power, loudest])
     } else {
         let variance = (left.1 + right.1) * 0.25;
-        // A quarter of the variance makes the mean right. The rest halves the bias of (error /
+        // Half of the variance makes the mean right: a geometric mean is too low. A quarter takes a quarter off the bias of (error /
         // sigma)^2.
         let middle = (left.0 * right.0).root() * (1.0 + 0.75 * variance);
         let loud = left.0.max(right.0);
@@ -360,7 +360,7 @@ impl Own {
 
     #[inline(never)]
     fn side_in_integers(&self, bins: &[Point], first: i32) -> Side {
-        let own = Whole::from_own(self);
+        let own = OwnInIntegers::from_own(self);
         powers(bins, first, |bins, k| own.power(bins, k))
     }
 

@@ -123,7 +123,7 @@ fn samples(file: &Path, cut: &Cut, read: recording::Options) -> Result<Vec<Compl
     let recording = Recording::open(file, read).map_err(super::text)?;
     if recording.row().is_some() {
         return Err(
-            "the chirps of an array have their places: --period-s tells their pauses".into()
+            "the ramps of an array are already cut: state the time from chirp to chirp by --period-s".into()
         );
     }
     let skip = usize::try_from(cut.skip).map_err(super::text)?;

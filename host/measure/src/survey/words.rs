@@ -56,7 +56,7 @@ impl Survey {
         };
         if let Some(chirps) = self.frame {
             text += &format!(
-                "chirps    {chirps} together: --chirp-s S --bandwidth-hz HZ --carrier-hz HZ gives their targets (docs/frames.md)\n"
+                "chirps    {chirps} together: --chirp-s S --bandwidth-hz HZ --carrier-hz HZ gives their targets (docs/signals.md)\n"
             );
         }
         text += &format!("kind      {}\n", self.finding.nature.text());
