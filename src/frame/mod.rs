@@ -93,7 +93,8 @@ mod search;
 mod target;
 mod transform;
 
-pub use cells::Cells;
+pub use cells::{Cells, Filled};
+pub use hunt::Search;
 pub use map::TARGETS;
 pub use periods::settle;
 pub use plan::{ALIASES, CHIRPS, FREE_ALIASES, FrameConfig, FramePlan};
@@ -103,7 +104,6 @@ use crate::math::scalar::Scalar as _;
 use crate::spectrum::view::View;
 use cells::Store;
 use heapless::Vec;
-use hunt::Hunt;
 use map::{EMPTY, Map};
 use num_complex::Complex;
 use transform::Factors;
@@ -121,6 +121,18 @@ impl<'a> Frame<'a> {
     /// A frame in these cells. `None` if there are fewer than [`FramePlan::cells`].
     pub fn new(plan: FramePlan, cells: Cells<'a>) -> Option<Self> {
         Some(Self { plan, store: Store::new(cells, plan.chirps, plan.bins)? })
+    }
+
+    /// A frame that goes on where another was, in the same cells: for a program that cannot hold a frame together with its cells.
+    pub fn resume(plan: FramePlan, cells: Cells<'a>, filled: Filled) -> Option<Self> {
+        let mut frame = Self::new(plan, cells)?;
+        (frame.store.exponent, frame.store.filled) = (filled.exponent, filled.chirps);
+        Some(frame)
+    }
+
+    /// How far the frame is, for [`Frame::resume`].
+    pub const fn so_far(&self) -> Filled {
+        Filled { exponent: self.store.exponent, chirps: self.store.filled }
     }
 
     /// The plan.
@@ -160,11 +172,9 @@ impl<'a> Frame<'a> {
 
     /// [`Frame::targets`] less what stood in the background, which [`Frame::background`] recorded.
     pub fn targets_beside(&self, background: &[Complex<f32>]) -> Vec<FrameTarget, TARGETS> {
-        if self.store.filled < self.plan.chirps {
-            return Vec::new();
-        }
-        let echoes = Vec::new();
-        Hunt { map: Map { plan: &self.plan, store: &self.store, background, echoes } }.targets()
+        let mut search = Search::new();
+        while search.step_beside(self, background) {}
+        search.targets
     }
 
     /// The map as a picture shows it: the power of a bin at each turn from chirp to chirp, from -M/2 to M/2 - 1 of M, in squared codes.

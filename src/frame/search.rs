@@ -68,7 +68,8 @@ impl Map<'_> {
     }
 
     /// The place of most evidence.
-    pub fn search(&self, factors: &Factors, hidden: &Vec<(i32, i32), HIDDEN>) -> Option<Strongest> {
+    pub fn search(&self, hidden: &Vec<(i32, i32), HIDDEN>) -> Option<Strongest> {
+        let factors = Factors::new(2 * self.plan.chirps);
         let Walks { first, last } = self.walks();
         let span = last - first;
         let steps = (libm::ceilf(span) as i32).clamp(1, WALKS);
@@ -79,7 +80,7 @@ impl Map<'_> {
         for step in 0..steps {
             let walk = if still { 0.0 } else { first + span * (step as f32 + 0.5) / steps as f32 };
             let walk = walk / self.plan.chirps as f32;
-            if let Some(place) = self.search_walking(walk, factors, hidden)
+            if let Some(place) = self.search_walking(walk, &factors, hidden)
                 && best.is_none_or(|best| {
                     is_better([place.ratio, place.power], [best.ratio, best.power])
                 })
