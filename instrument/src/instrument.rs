@@ -74,8 +74,9 @@ pub struct Instrument<
     seconds: u32,
     /// The longest measurement since the last status, ticks.
     longest: u32,
-    /// Whether there is more to do at once.
+    /// Whether there is more to do at once, and the ticks at its beginning.
     works: bool,
+    begun: u32,
     /// The duration of a block with its guard, ticks.
     block: u64,
     /// Whether a block came since the last look.
@@ -186,6 +187,7 @@ where
             seconds: 0,
             longest: 0,
             works: false,
+            begun: since,
             block,
             measured: false,
             next_block: Deadline::new(block, since, ticks_hz),
@@ -333,6 +335,9 @@ where
 
     /// Goes on with the search for the targets of a frame.
     fn advance(&mut self, port: &mut P) {
+        if !self.works {
+            self.begun = port.ticks();
+        }
         let advance = self.meters.advance::<N>();
         self.works = advance == Advance::More;
         if advance == Advance::Done {
@@ -368,6 +373,7 @@ where
             passed,
             clipped,
             targets: targets.len() as u8,
+            search_s: port.ticks().wrapping_sub(self.begun) as f32 / port.ticks_hz().max(1) as f32,
             rate_hz,
             period_s,
             health: health(&port.counters(), &self.zero),

@@ -43,8 +43,8 @@ enum Stage {
     Done,
 }
 
-/// The search for the targets of a complete frame, in steps: [`Frame::targets`](super::Frame::targets) takes all of them. A step takes up to
-/// a thirtieth of the whole, or a twentieth for each alias of a target that walks through cells.
+/// The search for the targets of a complete frame, in steps: [`Frame::targets`](super::Frame::targets) takes all of them at once. A step seeks
+/// one more echo in the map, fits all echoes together, or makes a target of one.
 ///
 /// ```text
 /// let mut search = Search::new();

@@ -76,7 +76,8 @@
 //!
 //! Counted on a Cortex-M4F for 32 chirps of 127 bins, I/Q: 8 thousand instructions to store a chirp, 46 million for the answer with two
 //! targets. Most of them are fits: each reads 33 bins of every chirp, for each target that is known, and all targets are fitted some eight
-//! times. A search reads all cells, once for each velocity that walks otherwise, and once more for each target. The stack holds 20 KB.
+//! times. A search reads all cells, once for each velocity that walks otherwise, and once more for each target. The stack holds 15 KB.
+//! [`Search`] takes the answer in steps, for a program that has other things to do meanwhile.
 //!
 //! Sources: Stove 1992 (doi:10.1049/ip-f-2.1992.0048) for the map; the two fits, their sigmas and the chances are this project's own.
 

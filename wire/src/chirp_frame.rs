@@ -23,6 +23,8 @@ pub struct ChirpFrame {
     pub clipped: u32,
     /// The number of its targets; each follows in a record.
     pub targets: u8,
+    /// How long the board sought them, s: chirps pass meanwhile.
+    pub search_s: f32,
     /// The sample rate, Hz.
     pub rate_hz: f64,
     /// From one chirp to the next, s.
@@ -59,6 +61,8 @@ layout! {
         clipped: u32,
         /// Targets that follow.
         targets: u8,
+        /// How long the targets were sought, s: chirps pass meanwhile.
+        search_s: f32,
         /// Sample rate, Hz.
         rate_hz: f64,
         /// From one chirp to the next, s.
@@ -94,7 +98,8 @@ layout! {
 
 record!(ChirpFrame, ChirpFrame, |frame| {
     let known = |number: f64| number > 0.0 && number.is_finite();
-    usize::from(frame.targets) <= TARGETS && known(frame.rate_hz) && known(frame.period_s)
+    let counted = usize::from(frame.targets) <= TARGETS && frame.search_s >= 0.0;
+    counted && known(frame.rate_hz) && known(frame.period_s)
 });
 
 record!(Found, Found, |it| {
@@ -124,6 +129,7 @@ mod tests {
             passed: 35,
             clipped: 2,
             targets: 8,
+            search_s: 0.75,
             rate_hz: 5e5,
             period_s: 2.176e-3,
             health: Health { lost: 3, faults: 4 },
@@ -133,6 +139,7 @@ mod tests {
         let wrong = [
             ChirpFrame { targets: 9, ..frame },
             ChirpFrame { rate_hz: 0.0, ..frame },
+            ChirpFrame { search_s: f32::NAN, ..frame },
             ChirpFrame { period_s: f64::NAN, ..frame },
         ];
         for wrong in wrong {

@@ -185,7 +185,7 @@ impl SettingsError {
                 "frames: period_s belongs to the drive external, which needs it: the time from one chirp's start to the next's"
             }
             [18, _] => {
-                "frames: the NUCLEO has room for 8128 cells, chirps x bins, such as 64 x 127: take fewer chirps, or narrow band_hz or range_m"
+                "frames: the NUCLEO has room for 7680 cells, chirps x bins, such as 64 x 120: take fewer chirps, or narrow band_hz or range_m"
             }
             [13, _] => "the board has no such core_mhz: see its page in docs/, or leave it at 0",
             _ => "the settings do not work",

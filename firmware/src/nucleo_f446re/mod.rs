@@ -44,8 +44,9 @@ pub const SLOTS: usize = 12;
 /// measured, and one that waits.
 pub const USUAL_SLOTS: u16 = 4;
 
-/// Cells of a frame of chirps: 64 chirps of 127 bins. The settings' error names them.
-pub const CELLS: usize = 64 * 127;
+/// Cells of a frame of chirps: 64 chirps of 120 bins, as many as leave a block its stack on the emulated board, whose memory is 4 KB smaller. The
+/// settings' error names them.
+pub const CELLS: usize = 64 * 120;
 
 /// What measures the blocks of this image.
 #[cfg(all(target_os = "none", feature = "nucleo"))]

@@ -14,7 +14,7 @@ use picket_wire::settings_error::{FramesError, SettingsError};
 
 const CHIRPS: u16 = 64;
 
-/// 24 GHz and 200 MHz; 127 bins reach 99 m, and aliases are 2.9 m/s apart.
+/// 24 GHz and 200 MHz, at a rate that the emulated clock has; 120 bins reach 95 m, and aliases are 2.55 m/s apart.
 fn radar(iq: bool) -> Settings {
     let scene = Scene::Chirp(Chirp {
         shape: Shape::Sawtooth,
@@ -25,9 +25,9 @@ fn radar(iq: bool) -> Settings {
     });
     let config = Config {
         scene,
-        rate_hz: 500e3,
-        band_hz: Some((488.0, 62_000.0)),
-        velocity_mps: Some((-1.4, 1.4)),
+        rate_hz: 4e6 / 9.0,
+        band_hz: Some((450.0, 51_900.0)),
+        velocity_mps: Some((-1.25, 1.25)),
         ..Settings::default().config
     };
     let drive = Drive::Dac { low: 400, high: 3600 };
@@ -58,14 +58,14 @@ impl<R: Record> Gathered<R> {
         let here = Here::<R>::new(settings);
         let plan = frames(&here.plan.settings, N).unwrap().unwrap();
         // The whole of the board's memory.
-        assert_eq!((plan.cells(), plan.bins()), (CELLS, 127));
+        assert_eq!((plan.cells(), plan.bins()), (CELLS, 120));
         Self { here, plan, cells: vec![[0; 2]; CELLS] }
     }
 
     /// What the board says of the frame that begins with this chirp.
     fn said(
         &mut self,
-        run: &mut Run,
+        records: &[[R::Sample; N]],
         (number, first): (u32, u32),
         [passed, lost]: [u32; 2],
     ) -> Vec<Said> {
@@ -74,7 +74,7 @@ impl<R: Record> Gathered<R> {
         let mut complete = false;
         for chirp in first..first + u32::from(CHIRPS) {
             assert!(!complete);
-            let clipped = self.here.pipeline.look(&samples::<R, N>(run, chirp as usize));
+            let clipped = self.here.pipeline.look(&records[chirp as usize]);
             assert_eq!(clipped, 0);
             complete = frame.push(&self.here.pipeline.spectrum().view());
         }
@@ -88,6 +88,7 @@ impl<R: Record> Gathered<R> {
             passed,
             clipped: 0,
             targets: found.len() as u8,
+            search_s: 0.0,
             rate_hz: config.rate_hz,
             period_s: chirp.duration_s,
             health: Health { lost, faults: u32::from(lost > 0) },
@@ -119,8 +120,23 @@ fn right(run: &Run, world: &World, first: usize, said: &[Said]) {
     }
 }
 
-/// The messages until the targets of a frame are all there.
-fn heard(board: &mut Board) -> Vec<Said> {
+/// Takes the time of the search, which this machine does not know, out of a message.
+fn untimed(said: &mut Said) -> f32 {
+    match said {
+        Said::ChirpFrame(frame) => std::mem::take(&mut frame.search_s),
+        _ => 0.0,
+    }
+}
+
+/// What is told of frames in a turn of the board's loop.
+fn told_of(board: &mut Board) -> Vec<Said> {
+    let mut said = board.turn().unwrap();
+    said.retain(|said| matches!(said, Said::ChirpFrame(_) | Said::Found(_) | Said::Telemetry(_)));
+    said
+}
+
+/// The messages until the targets of a frame are all there, without the time of the search, and that time in ticks.
+fn heard(board: &mut Board) -> (Vec<Said>, f64) {
     let mut told = Vec::new();
     board
         .expect(|said| {
@@ -135,7 +151,8 @@ fn heard(board: &mut Board) -> Vec<Said> {
             }
         })
         .unwrap_or_else(|error| panic!("{error}"));
-    told
+    let seconds: f32 = told.iter_mut().map(untimed).sum();
+    (told, f64::from(seconds) * 16e6)
 }
 
 fn gathered<R: Record>() {
@@ -151,29 +168,31 @@ fn gathered<R: Record>() {
     let mut here = Gathered::<R>::new(&settings);
     let world = world::<R>(&here.here.plan, 8 * usize::from(CHIRPS));
     let mut run = world.run(SEED).unwrap();
+    let records: Vec<_> =
+        (0..8 * usize::from(CHIRPS)).map(|chirp| samples::<R, N>(&mut run, chirp)).collect();
     let mut next = 0;
-    let send = |board: &mut Board, run: &mut Run, next: &mut u32| {
-        let samples = samples::<R, N>(run, *next as usize);
-        let parts = samples.iter().map(|&sample| R::parts(sample));
+    let send = |board: &mut Board, next: &mut u32| {
+        let parts = records[*next as usize].iter().map(|&sample| R::parts(sample));
         let parts = parts.flat_map(|parts| parts.into_iter().take(if R::IQ { 2 } else { 1 }));
         assert!(board.block(&bytes(&parts.collect::<Vec<i16>>())).unwrap());
         *next += 1;
     };
-    for _ in 0..CHIRPS {
-        send(&mut board, &mut run, &mut next);
-        assert!(board.turn().unwrap().is_empty());
+    for chirp in 1..=CHIRPS {
+        send(&mut board, &mut next);
+        // Nothing is asked during the search.
+        assert!(chirp == CHIRPS || told_of(&mut board).is_empty());
     }
-    let expected = here.said(&mut run, (0, 0), [0; 2]);
+    let expected = here.said(&records, (0, 0), [0; 2]);
     right(&run, &world, 0, &expected);
-    let told = heard(&mut board);
+    let (told, search) = heard(&mut board);
     assert_eq!(told, expected);
     let longest = longest_block(&mut board);
     board.recorded = Some(Vec::new());
     // A frame that a lost block interrupts begins again, and says so.
     let interrupted = 20;
     for _ in 0..interrupted {
-        send(&mut board, &mut run, &mut next);
-        assert!(board.turn().unwrap().is_empty());
+        send(&mut board, &mut next);
+        assert!(told_of(&mut board).is_empty());
     }
     board.adc_overrun().unwrap();
     let lost = status(&mut board).counters.lost();
@@ -181,34 +200,46 @@ fn gathered<R: Record>() {
     next += lost;
     let first = next;
     for _ in 0..CHIRPS {
-        send(&mut board, &mut run, &mut next);
-        assert!(board.turn().unwrap().is_empty());
+        send(&mut board, &mut next);
+        assert!(told_of(&mut board).is_empty());
     }
-    let expected = here.said(&mut run, (1, first), [interrupted + lost, lost]);
+    let expected = here.said(&records, (1, first), [interrupted + lost, lost]);
     right(&run, &world, first as usize, &expected);
-    assert_eq!(heard(&mut board), expected);
+    assert_eq!(heard(&mut board).0, expected);
     // Chirps that pass while targets are sought are in no frame: how many, the pace of the emulator decides.
     let third = next;
     let mut told = Vec::new();
     while next < third + u32::from(CHIRPS) || told.is_empty() {
-        send(&mut board, &mut run, &mut next);
-        told.extend(board.turn().unwrap());
+        send(&mut board, &mut next);
+        told.extend(told_of(&mut board));
     }
     let end = third + u32::from(CHIRPS);
-    assert_eq!(told, here.said(&mut run, (2, third), [0, lost]));
-    println!("{} chirps passed", next - end);
-    assert!(next > end);
-    let fourth = next;
-    for _ in 0..CHIRPS {
-        send(&mut board, &mut run, &mut next);
-        assert!(board.turn().unwrap().is_empty());
+    told.iter_mut().map(untimed).for_each(drop);
+    assert_eq!(told, here.said(&records, (2, third), [0, lost]));
+    // The last of them came as the search ended: the board says whether it is the next frame's first.
+    let ended = next;
+    let mut told = Vec::new();
+    while told.is_empty() {
+        send(&mut board, &mut next);
+        told.extend(told_of(&mut board));
     }
-    assert_eq!(heard(&mut board), here.said(&mut run, (3, fourth), [fourth - end, lost]));
+    told.iter_mut().map(untimed).for_each(drop);
+    let Some(Said::ChirpFrame(fourth)) = told.first() else { panic!("a frame") };
+    let first = fourth.stamp.sequence;
+    println!("{} chirps passed", fourth.passed);
+    assert!(first > end && (ended - 1..=ended).contains(&first), "{end} {first} {ended}");
+    assert_eq!(told, here.said(&records, (3, first), [first - end, lost]));
     fits(&mut board, if R::IQ { "with frames of I/Q chirps" } else { "with frames" });
     let kind = if R::IQ { "I/Q" } else { "real" };
     println!("{kind}: {longest} instructions a chirp");
     assert!(1.4 * f64::from(longest) < CHIRP_CYCLES[usize::from(R::IQ)] as f64);
-    hold(&format!("board, instructions of a {kind} chirp in a frame"), 1.0, &[longest.into()]);
+    hold(
+        &format!(
+            "board, instructions of a {kind} chirp in a frame, and of the search for two targets"
+        ),
+        1.0,
+        &[longest.into(), search],
+    );
 }
 
 #[test]
@@ -220,8 +251,8 @@ fn frames_on_the_board_are_those_of_this_machine() {
 /// Settings with which no frame can be gathered.
 #[test]
 fn what_is_no_frame_is_refused() {
-    let (mut board, _) = start();
     let usual = radar(false);
+    let (mut board, _) = start();
     let with = |config: Config| Settings { config, ..usual };
     let frames = |chirps, period_s| Settings { mode: Mode::Frames { chirps, period_s }, ..usual };
     let shaped = |shape| {
