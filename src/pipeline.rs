@@ -14,7 +14,7 @@ pub(crate) use measured::Measured;
 pub(crate) use ramps::Ramps;
 
 use crate::acquire::burst::Cut;
-use crate::acquire::sample::{Data, Record, Stamp};
+use crate::acquire::sample::{Data, Record, Stamp, Statistics};
 use crate::burst::{self, Burst};
 use crate::math::scalar::Scalar as _;
 use crate::plan::{Plan, Solver, Terms};
@@ -200,6 +200,12 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
             Ok(samples) => Ok(self.block(&Stamp::default(), samples)),
             Err(_) => Err(LengthError { samples: samples.len(), wanted: N }),
         }
+    }
+
+    /// Transforms a block without measuring it, for [`Pipeline::spectrum`]: a chirp of a frame. Returns the samples that touch a rail.
+    pub fn look(&mut self, samples: &[R::Sample; N]) -> u32 {
+        self.transform(samples);
+        Statistics::clipped(Data::of::<R>(samples), self.plan.codes)
     }
 
     /// The plan in use.

@@ -276,7 +276,10 @@ struct Birth {
 }
 
 /// What measures, of either kind of record.
-type Meters = meter::Meters<Every<Real, N>, Every<Iq, N>>;
+type Meters = meter::Meters<Every<Real, N, CELLS>, Every<Iq, N, CELLS>>;
+
+/// The cells of a frame: eight chirps of all bins, of either kind of record.
+const CELLS: usize = 8 * N;
 
 /// Each step takes some bytes. Returns the number of steps.
 pub fn steps(bytes: &[u8]) -> u64 {
@@ -655,7 +658,11 @@ impl Knows {
                 let band_hz = Some((input.number(), input.number()));
                 Settings { config: Config { band_hz, ..settings.config }, ..settings }
             }
-            _ => settings,
+            _ => {
+                let chirps = 8 << (mode / 8 % 3);
+                let period_s = (mode & 32 != 0).then(|| input.number());
+                Settings { mode: Mode::Frames { chirps, period_s }, ..settings }
+            }
         }
     }
 

@@ -4,6 +4,7 @@ use picket_firmware::nucleo_f446re::words::Words;
 use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
 use picket_wire::boot::Boot;
 use picket_wire::burst::Burst;
+use picket_wire::chirp_frame::{ChirpFrame, Found};
 use picket_wire::command::{Answer, Command, Request};
 use picket_wire::follow::Follow;
 use picket_wire::frame::{self, Frame, Kind, PAYLOAD, Reader};
@@ -54,6 +55,8 @@ pub fn message(bytes: &[u8]) {
         }
         Kind::Burst => same(&frame, |it| Burst::from_frame(it).ok(), |it| it.to_frame()),
         Kind::Sum => same(&frame, |it| Sum::from_frame(it).ok(), |it| it.to_frame()),
+        Kind::ChirpFrame => same(&frame, |it| ChirpFrame::from_frame(it).ok(), |it| it.to_frame()),
+        Kind::Found => same(&frame, |it| Found::from_frame(it).ok(), |it| it.to_frame()),
         Kind::Command => drop(Request::from_frame(&frame)),
         Kind::Reply | Kind::Refusal => {
             if let Some((answer, said)) = Answer::from_frame(&frame) {

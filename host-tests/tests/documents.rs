@@ -1,9 +1,10 @@
 //! The documents as a book: every chapter exists, every page is a chapter, and every link leads somewhere.
 
 use picket_dsp::Verdict;
-use picket_firmware::nucleo_f446re::N;
+use picket_firmware::instrument::plan;
 use picket_firmware::nucleo_f446re::words::Words;
 use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
+use picket_firmware::nucleo_f446re::{CELLS, N};
 use picket_host::watch::settings;
 use std::collections::BTreeSet;
 use std::fs;
@@ -143,7 +144,7 @@ fn the_boards_page_has_settings_that_the_board_takes() {
     let page = read("docs/board.md");
     let files: Vec<&str> =
         page.split("```json\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
-    assert_eq!(files.len(), 2);
+    assert_eq!(files.len(), 3);
     let tree = Tree::new(Speed::from_mhz(180).unwrap(), Source::HsePll);
     for (number, file) in files.into_iter().enumerate() {
         let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("settings-{number}.json"));
@@ -153,6 +154,9 @@ fn the_boards_page_has_settings_that_the_board_takes() {
         let (plan, _) =
             Words::plan::<N>(&settings, &tree).unwrap_or_else(|error| panic!("{error}"));
         assert!(plan.settings.iq == (number == 0), "{number}");
+        let frames = plan::frames(&plan.settings, N).unwrap();
+        assert_eq!(frames.is_some(), number == 2);
+        assert!(frames.is_none_or(|frames| frames.cells() <= CELLS));
     }
 }
 

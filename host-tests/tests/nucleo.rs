@@ -44,6 +44,7 @@ use std::sync::OnceLock;
 use std::time::Duration;
 
 mod fence;
+mod frames;
 mod several;
 mod signals;
 

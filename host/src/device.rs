@@ -2,6 +2,7 @@
 
 use picket_wire::boot::Boot;
 use picket_wire::burst::Burst;
+use picket_wire::chirp_frame::{ChirpFrame, Found};
 use picket_wire::command::{Answer, Refusal};
 use picket_wire::follow::Follow;
 use picket_wire::frame::{Frame, Kind, Reader};
@@ -34,6 +35,10 @@ pub enum Said {
     Burst(Burst),
     /// The blocks that the last measurement is of.
     Sum(Sum),
+    /// A frame of chirps.
+    ChirpFrame(ChirpFrame),
+    /// A target of the last frame.
+    Found(Found),
     /// A piece of a block's samples.
     Raw(Raw),
     /// The answer to a command.
@@ -86,6 +91,10 @@ impl Listener {
             Some(Said::Burst(burst)) => {
                 self.told = Some((burst.number, rate_hz(&burst.record())));
                 self.count(burst.number);
+            }
+            Some(Said::ChirpFrame(frame)) => {
+                self.told = Some((frame.number, Some(frame.rate_hz)));
+                self.count(frame.number);
             }
             // A sum leaves none of its blocks out.
             Some(Said::Sum(sum)) => {
@@ -151,6 +160,8 @@ impl Said {
             Kind::Fundamental => Said::Fundamental(Fundamental::from_frame(frame).ok()?),
             Kind::Burst => Said::Burst(Burst::from_frame(frame).ok()?),
             Kind::Sum => Said::Sum(Sum::from_frame(frame).ok()?),
+            Kind::ChirpFrame => Said::ChirpFrame(ChirpFrame::from_frame(frame).ok()?),
+            Kind::Found => Said::Found(Found::from_frame(frame).ok()?),
             Kind::Raw => Said::Raw(Raw::from_frame(frame)?),
             Kind::Reply | Kind::Refusal => {
                 let (answer, said) = Answer::from_frame(frame)?;

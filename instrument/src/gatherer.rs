@@ -6,11 +6,12 @@ use core::mem;
 use heapless::Vec;
 use picket_dsp::accumulate::Accumulator;
 use picket_dsp::acquire::sample::{Record, Stamp};
+use picket_dsp::config::Config;
 use picket_dsp::pipeline::BurstProcessor;
 use picket_dsp::pipeline::Measurement;
 use picket_dsp::plan::Plan;
 use picket_wire::burst::Burst;
-use picket_wire::settings::Mode;
+use picket_wire::settings::{Mode, Settings};
 use picket_wire::sum::Sum;
 
 /// Measures blocks, sums of them, or bursts.
@@ -65,10 +66,11 @@ impl<R: Record, const N: usize> Meter<R, N> for Gatherer<R, N> {
         self.processor.pipeline().set_plan(plan);
     }
 
-    fn choose(&mut self, mode: Mode, false_alarm: f64) {
+    fn choose(&mut self, settings: &Settings) {
+        let &Settings { mode, config: Config { false_alarm, .. }, .. } = settings;
         self.mode = mode;
         match mode {
-            Mode::Blocks => {}
+            Mode::Blocks | Mode::Frames { .. } => {}
             Mode::Accumulate { blocks, drift_bins } => {
                 self.sum.set_plan(blocks, drift_bins, false_alarm);
             }

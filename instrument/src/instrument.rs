@@ -4,8 +4,8 @@
 //! caller starts another instrument with them. Start and stop are settings like the others.
 
 use crate::bounds::{Deadline, Refusals, Saves, health};
-use crate::meter::{Gathered, Meter, Meters};
-use crate::plan::Plan;
+use crate::meter::{Advance, Framed, Gathered, Meter, Meters};
+use crate::plan::{Plan, frames};
 use crate::port::Port;
 use crate::slot::Slot;
 use crate::start::Start;
@@ -15,15 +15,18 @@ use heapless::Vec;
 use picket_dsp::acquire::frontend::{Block, Counters};
 use picket_dsp::acquire::sample::{Iq, Real};
 use picket_dsp::burst;
+use picket_dsp::config::Scene;
 use picket_dsp::pipeline::{Measurement, Outcome, Pipeline};
-use picket_dsp::tone::Tone;
+use picket_dsp::tone::sigma::CLIPPED;
+use picket_dsp::tone::{Tone, Verdict};
 use picket_wire::boot::{Boot, Name, Origin};
 use picket_wire::burst::Burst;
 use picket_wire::capture::EncodingError;
+use picket_wire::chirp_frame::{ChirpFrame, Found};
 use picket_wire::command::{Answer, Command, Refusal, Request};
 use picket_wire::frame::{Kind, Reader, WIRE};
 use picket_wire::settings::{Mode, Settings};
-use picket_wire::settings_error::SettingsError;
+use picket_wire::settings_error::{FramesError, SettingsError};
 use picket_wire::status::{Raw, Status};
 use picket_wire::sum::Sum;
 use picket_wire::telemetry::{Basis, Health, Telemetry};
@@ -71,6 +74,9 @@ pub struct Instrument<
     seconds: u32,
     /// The longest measurement since the last status, ticks.
     longest: u32,
+    /// Whether there is more to do at once, and the ticks at its beginning.
+    works: bool,
+    begun: u32,
     /// The duration of a block with its guard, ticks.
     block: u64,
     /// Whether a block came since the last look.
@@ -100,11 +106,20 @@ where
     if (settings.further() > 0 || settings.order() > 0) && !can(M::LINES, Q::LINES) {
         return Err(SettingsError::Encoding(EncodingError::Version));
     }
-    if settings.mode != Mode::Blocks && !can(M::SIGNALS, Q::SIGNALS) {
+    let signals = matches!(settings.mode, Mode::Accumulate { .. } | Mode::Bursts(_));
+    if signals && !can(M::SIGNALS, Q::SIGNALS) {
         return Err(SettingsError::Signals);
     }
     settings.config.codes = P::CODES;
-    port.plan(settings)
+    let cells = if settings.iq { Q::CELLS } else { M::CELLS };
+    if matches!(settings.mode, Mode::Frames { .. }) && cells == 0 {
+        return Err(SettingsError::Frames(FramesError::Absent));
+    }
+    let planned = port.plan(settings)?;
+    match frames(&planned.0.settings, N)? {
+        Some(frames) if frames.cells() > cells => Err(SettingsError::Frames(FramesError::Cells)),
+        _ => Ok(planned),
+    }
 }
 
 /// The duration of a block with its guard, ticks.
@@ -171,6 +186,8 @@ where
             asleep: 0,
             seconds: 0,
             longest: 0,
+            works: false,
+            begun: since,
             block,
             measured: false,
             next_block: Deadline::new(block, since, ticks_hz),
@@ -295,8 +312,11 @@ where
 
     /// Does all work that is due: sends pieces of a captured block while the line has room, feeds the watchdog while blocks and bytes make
     /// progress, and sends the status once a second. Call it after each block, and at least some ten times a second.
+    ///
+    /// It also goes on with what outlasts a block, by a part: do not sleep while the instrument [works](Instrument::works).
     pub fn poll(&mut self, port: &mut P) {
         self.send_raw(port);
+        self.advance(port);
         if self.progress(port) {
             port.feed();
         }
@@ -308,7 +328,83 @@ where
         }
     }
 
+    /// Whether [`Instrument::poll`] has more to do at once.
+    pub const fn works(&self) -> bool {
+        self.works
+    }
+
+    /// Goes on with the search for the targets of a frame.
+    fn advance(&mut self, port: &mut P) {
+        if !self.works {
+            self.begun = port.ticks();
+        }
+        let advance = self.meters.advance::<N>();
+        self.works = advance == Advance::More;
+        if advance == Advance::Done {
+            self.report_frame(port);
+        }
+    }
+
+    /// Reports a frame and its targets.
+    #[inline(never)] // its room on the stack is not beside a search's
+    fn report_frame(&mut self, port: &mut P) {
+        let Plan { settings, plan, .. } = &self.plan;
+        let Ok(Some(frames)) = frames(settings, N) else { return };
+        let Some((framed, targets)) = self.meters.framed::<N>() else { return };
+        // All of it, or nothing.
+        if !port.has_room((1 + targets.len()) * WIRE) {
+            self.dropped = self.dropped.wrapping_add(1);
+            return;
+        }
+        let Framed { number, first, passed, clipped } = framed;
+        let chirps = frames.chirps();
+        let rate_hz = settings.config.rate_hz;
+        let effort = plan.options.effort.available().rounds();
+        let basis = Basis { settings: self.boot.settings, clock: self.boot.clock, effort };
+        let period_s = match (settings.mode, settings.config.scene) {
+            (Mode::Frames { period_s: Some(period_s), .. }, _) => period_s,
+            (_, Scene::Chirp(chirp)) => chirp.duration_s,
+            _ => return,
+        };
+        let frame = ChirpFrame {
+            number,
+            stamp: first,
+            chirps: chirps as u16,
+            passed,
+            clipped,
+            targets: targets.len() as u8,
+            search_s: port.ticks().wrapping_sub(self.begun) as f32 / port.ticks_hz().max(1) as f32,
+            rate_hz,
+            period_s,
+            health: health(&port.counters(), &self.zero),
+            basis: Some(basis),
+        };
+        let samples = chirps * N * if settings.iq { 2 } else { 1 };
+        let clips = clipped as f32 > CLIPPED * samples as f32;
+        let mut sent = port.send(&frame.to_frame());
+        for (place, found) in targets.iter().enumerate() {
+            let result = Outcome::Target(found.target);
+            let mut measurement = widened(port, found.line.tone, result);
+            settings.calibration.apply(&mut measurement);
+            let mut found = *found;
+            found.line.tone = measurement.tone;
+            found.covariance *= settings.calibration.range_slope;
+            if let Outcome::Target(target) = measurement.result {
+                found.target = target;
+            }
+            if clips {
+                found.target.verdict = found.target.verdict.max(Verdict::Clipped);
+            }
+            let told = Found { frame: number, place: place as u8, found };
+            sent &= port.send(&told.to_frame());
+        }
+        if !sent {
+            self.dropped = self.dropped.wrapping_add(1);
+        }
+    }
+
     /// Sends a frame, or counts it as dropped.
+    #[inline(never)] // once in an image, not for each kind
     fn send(&mut self, port: &mut P, frame: &[u8]) {
         if frame.is_empty() || !port.send(frame) {
             self.dropped = self.dropped.wrapping_add(1);
@@ -543,6 +639,7 @@ fn piece(samples: &[i16], from: usize, bytes: &mut Vec<u8, { Raw::PIECE }>) {
 }
 
 /// A tone, and what follows from it, with the board's part in their sigmas.
+#[inline(never)] // once in an image, not for each kind of record
 fn widened<P: Port<N, SLOT>, const N: usize, const SLOT: usize>(
     port: &P,
     tone: Tone,

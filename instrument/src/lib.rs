@@ -8,8 +8,8 @@
 //! ```
 //!
 //! - [`instrument`] is the machine, [`port`] its connection to the board, [`start`] the inputs of its start.
-//! - [`plan`] checks settings, [`meter`] measures a block, [`gatherer`] makes sums and bursts, [`every`] has all of it, in memory for
-//!   [`either`].
+//! - [`plan`] checks settings, [`meter`] measures a block, [`gatherer`] makes sums and bursts, [`frames`] frames of chirps, [`every`] has
+//!   all of it, in memory for [`either`].
 //! - [`storage`] keeps settings in two pages of flash (`nor`: of any driver by `embedded-storage`, with the feature of this name),
 //!   [`words`] turns settings into words, [`checksum`] checks pages and memory.
 //! - [`bounds`] bounds answers, saves and waits; [`crashes`] counts abnormal ends; [`clock`] adds the clock's part to sigma.
@@ -33,6 +33,7 @@ pub mod clock;
 pub mod crashes;
 pub mod either;
 pub mod every;
+pub mod frames;
 pub mod gatherer;
 pub mod instrument;
 pub mod meter;

@@ -1,11 +1,11 @@
-//! Measures blocks: by a pipeline, by the tracker around it, or as sums and bursts.
+//! Measures blocks: by a pipeline, by the tracker around it, or as sums, bursts and frames of chirps.
 
 use crate::either::{Either, Held, Idle};
 use crate::slot::Slot;
 use heapless::Vec;
 use picket_dsp::acquire::frontend::Block;
 use picket_dsp::acquire::sample::{Iq, Real, Record, Stamp};
-use picket_dsp::config::Config;
+use picket_dsp::frame::FrameTarget;
 use picket_dsp::pipeline::{Alternating, Measurement, Pipeline};
 use picket_dsp::plan::{EitherPlan, Plan};
 use picket_dsp::tone::Tone;
@@ -17,7 +17,7 @@ use picket_wire::burst::Burst;
 use picket_wire::follow::Follow;
 use picket_wire::fundamental::Fundamental;
 use picket_wire::lines::Lines;
-use picket_wire::settings::{Mode, Settings};
+use picket_wire::settings::Settings;
 use picket_wire::sum::Sum;
 
 /// The result of a block.
@@ -36,6 +36,30 @@ pub enum Gathered {
     Bursts(Vec<Burst, BURSTS>),
 }
 
+/// A frame of chirps whose targets are known.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Framed {
+    /// The number of the frame, from 0 on.
+    pub number: u32,
+    /// Its first chirp.
+    pub first: Stamp,
+    /// The chirps before it that are in no frame.
+    pub passed: u32,
+    /// Samples that touch a rail.
+    pub clipped: u32,
+}
+
+/// What work that outlasts a block has come to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Advance {
+    /// There is none.
+    Idle,
+    /// There is more of it.
+    More,
+    /// It is done.
+    Done,
+}
+
 /// The most bursts that a block completes: their records overlap by at most half.
 pub const BURSTS: usize = 4;
 
@@ -47,6 +71,8 @@ pub trait Meter<R: Record, const N: usize>: Idle {
     const LINES: bool = false;
     /// Whether the meter adds blocks, and cuts bursts out of the stream.
     const SIGNALS: bool = false;
+    /// The cells that the meter has for a frame of chirps; 0 for a meter without frames.
+    const CELLS: usize = 0;
 
     /// Follows another plan from the next block on.
     fn set_plan(&mut self, plan: Plan<R, N>);
@@ -54,8 +80,18 @@ pub trait Meter<R: Record, const N: usize>: Idle {
     /// Measures a block, whose codes are unchanged afterwards.
     fn block(&mut self, stamp: &Stamp, samples: &mut [R::Sample; N]) -> Measurement;
 
-    /// Adds blocks, or cuts bursts, by the mode; a sum of noise passes for a tone with the given probability.
-    fn choose(&mut self, _: Mode, _: f64) {}
+    /// Adds blocks, cuts bursts or gathers frames, by the settings' mode; a sum of noise passes for a tone with their probability.
+    fn choose(&mut self, _: &Settings) {}
+
+    /// Goes on with what outlasts a block, by a part that takes some tens of milliseconds: the search for the targets of a frame.
+    fn advance(&mut self) -> Advance {
+        Advance::Idle
+    }
+
+    /// The frame whose search is done, and its targets.
+    fn framed(&self) -> Option<(Framed, &[FrameTarget])> {
+        None
+    }
 
     /// The result of the last block beyond its measurement.
     fn gathered(&mut self) -> Gathered {
@@ -163,17 +199,17 @@ impl<M: Idle, Q: Idle> Meters<M, Q> {
         M: Meter<Real, N>,
         Q: Meter<Iq, N>,
     {
-        let Settings { mode, config: Config { false_alarm, .. }, .. } = plan.settings;
+        let settings = &plan.settings;
         match plan.plan {
             EitherPlan::Real(plan) => {
                 let meter = self.0.first();
                 meter.set_plan(plan);
-                meter.choose(mode, false_alarm);
+                meter.choose(settings);
             }
             EitherPlan::Iq(plan) => {
                 let meter = self.0.second();
                 meter.set_plan(plan);
-                meter.choose(mode, false_alarm);
+                meter.choose(settings);
             }
         }
     }
@@ -208,6 +244,30 @@ impl<M: Idle, Q: Idle> Meters<M, Q> {
         match self.0.get_mut() {
             Held::First(meter) => meter.gathered(),
             Held::Second(meter) => meter.gathered(),
+        }
+    }
+
+    /// Goes on with what outlasts a block.
+    pub fn advance<const N: usize>(&mut self) -> Advance
+    where
+        M: Meter<Real, N>,
+        Q: Meter<Iq, N>,
+    {
+        match self.0.get_mut() {
+            Held::First(meter) => meter.advance(),
+            Held::Second(meter) => meter.advance(),
+        }
+    }
+
+    /// The frame whose search is done, and its targets.
+    pub fn framed<const N: usize>(&self) -> Option<(Framed, &[FrameTarget])>
+    where
+        M: Meter<Real, N>,
+        Q: Meter<Iq, N>,
+    {
+        match self.0.get() {
+            Held::First(meter) => meter.framed(),
+            Held::Second(meter) => meter.framed(),
         }
     }
 

@@ -92,7 +92,7 @@ prop_compose! {
         numbers in [number(), number(), number(), number(), number()],
         drive in 0..4u8,
         divider in any::<u8>(),
-        mode in 0..3u8,
+        mode in 0..4u8,
         counts in any::<[u32; 2]>(),
         ratio in proptest::option::of(1.05..100f32),
         bits in any::<[bool; 4]>(),
@@ -117,7 +117,8 @@ prop_compose! {
             mode: match mode {
                 0 => Mode::Blocks,
                 1 => Mode::Accumulate { blocks: counts[0], drift_bins: slope as f32 },
-                _ => Mode::Bursts(Trigger { ratio, hold_off: counts[0], least: counts[1] }),
+                2 => Mode::Bursts(Trigger { ratio, hold_off: counts[0], least: counts[1] }),
+                _ => Mode::Frames { chirps: low, period_s: start.then_some(slope) },
             },
             report_every,
             most: tones.0,

@@ -100,7 +100,7 @@ fn said(settings: Settings, clock: Clock, blocks: &[Vec<[i16; 2]>]) -> Vec<Frame
         said: Vec::new(),
     };
     let start = Start { settings, ..Start::default() };
-    let mut meters = Box::new(Meters::<(), Every<Iq, N>>::IDLE);
+    let mut meters = Box::new(Meters::<(), Every<Iq, N, 0>>::IDLE);
     let (mut instrument, ()) = Instrument::new(&board, start, &mut *meters).unwrap();
     instrument.begin(&mut board, true);
     for (number, pairs) in blocks.iter().enumerate() {

@@ -242,6 +242,7 @@ impl Statistics {
 
     /// [`Statistics::clipped`] alone. Cost: one pass. A core with the DSP extension takes two samples at a time, some two instructions
     /// each, and a second pass if real samples touch a rail.
+    #[inline(never)] // once in an image, not for each use of a block
     pub fn clipped(data: Data, codes: Codes) -> u32 {
         #[cfg(any(dsp, short_products))]
         let (low, high) = codes.rails();

@@ -13,6 +13,20 @@ pub enum Cells<'a> {
     Wide(&'a mut [[i32; 2]]),
 }
 
+/// How far a frame in progress is: what it holds beside its plan and its cells.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Filled {
+    /// A cell times `2^exponent` is in codes.
+    pub(super) exponent: i32,
+    /// The chirps that are stored.
+    pub(super) chirps: usize,
+}
+
+impl Filled {
+    /// A frame that begins.
+    pub const NONE: Self = Self { exponent: 0, chirps: 0 };
+}
+
 /// Bins that are read at a time.
 const CHUNK: usize = 16;
 

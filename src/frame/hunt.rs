@@ -1,5 +1,7 @@
-//! The search for all targets of a frame: the strongest first, each subtracted from the cells before the next is sought.
+//! The search for all targets of a frame: the strongest first, each subtracted from the cells before the next is sought. It goes in steps, so
+//! that a program can do other things between them.
 
+use super::Frame;
 use super::chance::ln_chance;
 use super::echo::Echo;
 use super::fit::Fitted;
@@ -7,7 +9,6 @@ use super::map::{Map, TARGETS};
 use super::noise;
 use super::search::HIDDEN;
 use super::target::{FrameTarget, apart};
-use super::transform::Factors;
 use crate::list::{insert, remove};
 use crate::math::scalar::Scalar as _;
 use crate::tone::Verdict;
@@ -28,57 +29,149 @@ const LAST: usize = 8;
 /// A fit has settled when it moves less than this share of its sigma.
 const SETTLED: f32 = 0.02;
 
-/// The search for all targets.
-pub(super) struct Hunt<'a> {
-    pub map: Map<'a>,
+/// What the next step of a search does.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Stage {
+    /// Seeks another echo.
+    #[default]
+    Seek,
+    /// Fits all echoes together once more; so many times already.
+    Settle(usize),
+    /// Makes a target of the echo of this index.
+    Report(usize),
+    /// Nothing: all targets are there.
+    Done,
+}
+
+/// The search for the targets of a complete frame, in steps: [`Frame::targets`](super::Frame::targets) takes all of them at once. A step seeks
+/// one more echo in the map, fits all echoes together, or makes a target of one.
+///
+/// ```text
+/// let mut search = Search::new();
+/// while search.step(&frame) {
+///     // what cannot wait
+/// }
+/// search.targets()
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Search {
+    stage: Stage,
+    echoes: Vec<Echo, TARGETS>,
+    hidden: Vec<(i32, i32), HIDDEN>,
+    crowded: Vec<(i32, i32), HIDDEN>,
+    pub(super) targets: Vec<FrameTarget, TARGETS>,
+}
+
+impl Search {
+    /// A search that begins.
+    pub const fn new() -> Self {
+        Self {
+            stage: Stage::Seek,
+            echoes: Vec::new(),
+            hidden: Vec::new(),
+            crowded: Vec::new(),
+            targets: Vec::new(),
+        }
+    }
+
+    /// Begins again.
+    pub fn begin(&mut self) {
+        self.stage = Stage::Seek;
+        self.echoes.clear();
+        self.hidden.clear();
+        self.crowded.clear();
+        self.targets.clear();
+    }
+
+    /// Goes on, in the frame in which the search began. Returns whether there is more to do. A frame in progress has no targets.
+    pub fn step(&mut self, frame: &Frame) -> bool {
+        self.step_beside(frame, &[])
+    }
+
+    /// [`Search::step`] less what stood in the background.
+    #[inline(never)] // once in an image
+    pub fn step_beside(&mut self, frame: &Frame, background: &[Complex<f32>]) -> bool {
+        if frame.store.filled < frame.plan.chirps {
+            self.stage = Stage::Done;
+        }
+        let echoes = core::mem::take(&mut self.echoes);
+        let map = Map { plan: &frame.plan, store: &frame.store, background, echoes };
+        let mut hunt = Hunt { map };
+        self.stage = match self.stage {
+            Stage::Seek if hunt.seek(&mut self.hidden, &mut self.crowded) => Stage::Seek,
+            Stage::Seek => Stage::Settle(0),
+            Stage::Settle(times) if times < LAST && !hunt.round(SETTLED) => {
+                Stage::Settle(times + 1)
+            }
+            Stage::Settle(_) => Stage::Report(0),
+            Stage::Report(index) if index < hunt.map.echoes.len() => {
+                if let Some(target) = hunt.report(index, &self.crowded) {
+                    let louder = |other: &FrameTarget| {
+                        target.line.tone.amplitude > other.line.tone.amplitude
+                    };
+                    let place = self.targets.iter().position(louder);
+                    insert(&mut self.targets, place.unwrap_or(usize::MAX), target);
+                }
+                Stage::Report(index + 1)
+            }
+            Stage::Report(_) | Stage::Done => Stage::Done,
+        };
+        self.echoes = hunt.map.echoes;
+        self.stage != Stage::Done
+    }
+
+    /// The targets once there is nothing more to do, the strongest first.
+    pub fn targets(&self) -> &Vec<FrameTarget, TARGETS> {
+        &self.targets
+    }
+}
+
+/// A search with the map that it goes through.
+struct Hunt<'a> {
+    map: Map<'a>,
 }
 
 impl Hunt<'_> {
-    /// All targets, the strongest first.
-    pub fn targets(&mut self) -> Vec<FrameTarget, TARGETS> {
+    /// Seeks another echo. Returns whether there may be one more.
+    #[inline(never)] // its room on the stack is not beside a report's
+    fn seek(
+        &mut self,
+        hidden: &mut Vec<(i32, i32), HIDDEN>,
+        crowded: &mut Vec<(i32, i32), HIDDEN>,
+    ) -> bool {
+        if self.map.echoes.is_full() {
+            return false;
+        }
         let plan = self.map.plan;
-        let factors = Factors::new(2 * plan.chirps);
-        let mut hidden = Vec::<(i32, i32), HIDDEN>::new();
-        let mut crowded = Vec::<(i32, i32), HIDDEN>::new();
         let least = plan.false_alarm.log_e();
-        while !self.map.echoes.is_full() {
-            let Some(place) = self.map.search(&factors, &hidden) else { break };
-            // The search loses 2 dB at the most.
-            if ln_chance(1.7 * place.ratio, self.map.tried(), plan.chirps as f32, 1e6) > least {
-                break;
-            }
-            let index = self.map.echoes.len();
-            if self.map.echoes.push(place.echo).is_err() || !self.settle_new(index) {
-                break;
-            }
-            for _ in 0..ROUNDS {
-                self.round(1.0);
-            }
-            let Some(newest) = self.map.echoes.get(index).copied() else { break };
-            let mut others = self.map.echoes.iter().take(index);
-            let near = others.any(|other| apart(&newest, other, plan.chirps) < ONE);
-            let most =
-                self.map.echoes.iter().map(|echo| echo.amplitude.norm_sqr()).fold(0.0, f32::max);
-            let remainder = newest.amplitude.norm_sqr() < LEFT * most;
-            if near || remainder || !self.stands_out(index, least) {
-                remove(&mut self.map.echoes, index);
-                self.round(1.0);
-                let at = place.echo;
-                let row = 2 * at.row + if at.turn > 0.25 { 1 } else { 0 };
-                if near {
-                    let _ = crowded.push((newest.peak, newest.row));
-                }
-                if !(near || remainder) || hidden.push((at.peak, row)).is_err() {
-                    break;
-                }
-            }
+        let Some(place) = self.map.search(hidden) else { return false };
+        // The search loses 2 dB at the most.
+        if ln_chance(1.7 * place.ratio, self.map.tried(), plan.chirps as f32, 1e6) > least {
+            return false;
         }
-        for _ in 0..LAST {
-            if self.round(SETTLED) {
-                break;
-            }
+        let index = self.map.echoes.len();
+        if self.map.echoes.push(place.echo).is_err() || !self.settle_new(index) {
+            return false;
         }
-        self.report(&crowded)
+        for _ in 0..ROUNDS {
+            self.round(1.0);
+        }
+        let Some(newest) = self.map.echoes.get(index).copied() else { return false };
+        let mut others = self.map.echoes.iter().take(index);
+        let near = others.any(|other| apart(&newest, other, plan.chirps) < ONE);
+        let most = self.map.echoes.iter().map(|echo| echo.amplitude.norm_sqr()).fold(0.0, f32::max);
+        let remainder = newest.amplitude.norm_sqr() < LEFT * most;
+        if near || remainder || !self.stands_out(index, least) {
+            remove(&mut self.map.echoes, index);
+            self.round(1.0);
+            let at = place.echo;
+            let row = 2 * at.row + if at.turn > 0.25 { 1 } else { 0 };
+            if near {
+                let _ = crowded.push((newest.peak, newest.row));
+            }
+            return (near || remainder) && hidden.push((at.peak, row)).is_ok();
+        }
+        true
     }
 
     /// Fits a new echo alone, from its place.
@@ -157,50 +250,40 @@ impl Hunt<'_> {
         ln_chance(ratio, tried, rows, beside.cells) <= least
     }
 
-    /// The targets, the strongest first.
-    fn report(&mut self, crowded: &[(i32, i32)]) -> Vec<FrameTarget, TARGETS> {
+    /// The target of an echo, if it is one.
+    #[inline(never)] // its room on the stack is not beside a search's
+    fn report(&mut self, index: usize, crowded: &[(i32, i32)]) -> Option<FrameTarget> {
         let chirps = self.map.plan.chirps;
-        let mut targets = Vec::<FrameTarget, TARGETS>::new();
-        for index in 0..self.map.echoes.len() {
-            let Some(&echo) = self.map.echoes.get(index) else { continue };
-            let Some(beside) = noise::beside(&self.map, &echo) else { continue };
-            // Another alias has another walk: it is fitted again.
-            if self.choose(index) {
-                for _ in 0..3 {
-                    if let Some(fitted) = self.fit(index, false)
-                        && let Some(echo) = self.map.echoes.get_mut(index)
-                    {
-                        *echo = fitted.echo;
-                    }
+        let echo = *self.map.echoes.get(index)?;
+        let beside = noise::beside(&self.map, &echo)?;
+        // Another alias walks otherwise: it is fitted again.
+        if self.choose(index) {
+            for _ in 0..3 {
+                if let Some(fitted) = self.fit(index, false)
+                    && let Some(echo) = self.map.echoes.get_mut(index)
+                {
+                    *echo = fitted.echo;
                 }
             }
-            let aliases = self.without(index, |map, echo| map.aliases(echo, beside.power));
-            let aliases = aliases.unwrap_or_default();
-            let Some(&echo) = self.map.echoes.get(index) else { continue };
-            let Some(beside) = noise::beside(&self.map, &echo) else { continue };
-            let others = self.map.echoes.iter().enumerate().filter(|(other, _)| *other != index);
-            let mut nearest =
-                others.map(|(_, other)| apart(&echo, other, chirps)).fold(f32::INFINITY, f32::min);
-            if crowded
-                .iter()
-                .any(|&(peak, row)| (echo.peak - peak).abs() <= 2 && (echo.row - row).abs() <= 2)
-            {
-                nearest = 0.0;
-            }
-            let Some(fitted) = self.fit(index, false) else { continue };
-            let target =
-                self.without(index, |map, _| map.target(&fitted, &beside, &aliases, nearest));
-            let Some(target) = target else { continue };
-            if target.target.verdict == Verdict::Weak
-                || target.ln_chance > self.map.plan.false_alarm.log_e()
-            {
-                continue;
-            }
-            let place = targets
-                .iter()
-                .position(|other| target.line.tone.amplitude > other.line.tone.amplitude);
-            insert(&mut targets, place.unwrap_or(usize::MAX), target);
         }
-        targets
+        let aliases = self.without(index, |map, echo| map.aliases(echo, beside.power));
+        let aliases = aliases.unwrap_or_default();
+        let echo = *self.map.echoes.get(index)?;
+        let beside = noise::beside(&self.map, &echo)?;
+        let others = self.map.echoes.iter().enumerate().filter(|(other, _)| *other != index);
+        let mut nearest =
+            others.map(|(_, other)| apart(&echo, other, chirps)).fold(f32::INFINITY, f32::min);
+        if crowded
+            .iter()
+            .any(|&(peak, row)| (echo.peak - peak).abs() <= 2 && (echo.row - row).abs() <= 2)
+        {
+            nearest = 0.0;
+        }
+        let fitted = self.fit(index, false)?;
+        let target =
+            self.without(index, |map, _| map.target(&fitted, &beside, &aliases, nearest))?;
+        let is_noise = target.target.verdict == Verdict::Weak
+            || target.ln_chance > self.map.plan.false_alarm.log_e();
+        (!is_noise).then_some(target)
     }
 }

@@ -76,7 +76,8 @@
 //!
 //! Counted on a Cortex-M4F for 32 chirps of 127 bins, I/Q: 8 thousand instructions to store a chirp, 46 million for the answer with two
 //! targets. Most of them are fits: each reads 33 bins of every chirp, for each target that is known, and all targets are fitted some eight
-//! times. A search reads all cells once for each velocity with a walk of its own, and once more for each target. The stack holds 20 KB.
+//! times. A search reads all cells once for each velocity with a walk of its own, and once more for each target. The stack holds 15 KB.
+//! [`Search`] takes the answer in steps, for a program that has other things to do meanwhile.
 //!
 //! Sources: Stove 1992 (doi:10.1049/ip-f-2.1992.0048) for the map; the two fits, their sigmas and the chances are this project's own.
 
@@ -93,7 +94,8 @@ mod search;
 mod target;
 mod transform;
 
-pub use cells::Cells;
+pub use cells::{Cells, Filled};
+pub use hunt::Search;
 pub use map::TARGETS;
 pub use periods::settle;
 pub use plan::{ALIASES, CHIRPS, FREE_ALIASES, FrameConfig, FramePlan};
@@ -103,7 +105,6 @@ use crate::math::scalar::Scalar as _;
 use crate::spectrum::view::View;
 use cells::Store;
 use heapless::Vec;
-use hunt::Hunt;
 use map::{EMPTY, Map};
 use num_complex::Complex;
 use transform::Factors;
@@ -121,6 +122,18 @@ impl<'a> Frame<'a> {
     /// A frame in these cells. `None` if there are fewer than [`FramePlan::cells`].
     pub fn new(plan: FramePlan, cells: Cells<'a>) -> Option<Self> {
         Some(Self { plan, store: Store::new(cells, plan.chirps, plan.bins)? })
+    }
+
+    /// A frame that goes on where another was, in the same cells: for a program that cannot hold a frame together with its cells.
+    pub fn resume(plan: FramePlan, cells: Cells<'a>, filled: Filled) -> Option<Self> {
+        let mut frame = Self::new(plan, cells)?;
+        (frame.store.exponent, frame.store.filled) = (filled.exponent, filled.chirps);
+        Some(frame)
+    }
+
+    /// How far the frame is, for [`Frame::resume`].
+    pub const fn so_far(&self) -> Filled {
+        Filled { exponent: self.store.exponent, chirps: self.store.filled }
     }
 
     /// The plan.
@@ -160,11 +173,9 @@ impl<'a> Frame<'a> {
 
     /// [`Frame::targets`] less the background that [`Frame::background`] recorded.
     pub fn targets_beside(&self, background: &[Complex<f32>]) -> Vec<FrameTarget, TARGETS> {
-        if self.store.filled < self.plan.chirps {
-            return Vec::new();
-        }
-        let echoes = Vec::new();
-        Hunt { map: Map { plan: &self.plan, store: &self.store, background, echoes } }.targets()
+        let mut search = Search::new();
+        while search.step_beside(self, background) {}
+        search.targets
     }
 
     /// The map as a picture shows it: the power of a bin at each turn from chirp to chirp, from -M/2 to M/2 - 1 of M, in squared codes.

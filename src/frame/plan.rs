@@ -1,6 +1,7 @@
 //! The plan of a frame: its chirps, its band, and the numbers that follow from the waveform.
 
 use super::echo::Echo;
+use super::fit::REACH;
 use crate::error::ConfigError;
 use crate::solve::bounds::Bounds;
 use crate::solve::equations::Chirp;
@@ -73,6 +74,40 @@ impl FrameConfig {
             range_m,
             velocity_mps,
         }
+    }
+
+    /// Keeps the bins of a band, Hz, as far as a record has them.
+    pub fn in_band(self, (low, high): (f64, f64)) -> Self {
+        let bin = |hz: f64| hz / self.rate_hz * self.n as f64;
+        let half = self.n as i32 / 2;
+        let least = if self.iq { -half } else { 1 };
+        let (first, last) = (libm::floor(bin(low)) as i32, libm::ceil(bin(high)) as i32);
+        Self { bins: Some((least.max(first), (half - 1).min(last))), ..self }
+    }
+
+    /// Keeps the bins of [`FrameConfig::range_m`] alone, and beside them those that the fit of an echo reads. All bins without such ranges.
+    ///
+    /// # Errors
+    /// Those of [`FrameConfig::plan`].
+    pub fn in_ranges(self) -> Result<Self, ConfigError> {
+        let all = Self { bins: None, ..self };
+        let plan = all.plan()?;
+        let Some((near, far)) = self.range_m else { return Ok(all) };
+        let bounded = plan.bounds.limit_velocity();
+        let half = 0.5 * plan.alias_mps();
+        let velocities = if bounded { plan.bounds.velocity } else { [-half, half] };
+        let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
+        for range in [near, far] {
+            for velocity in velocities {
+                let cycles = range as f32 / plan.range.float - velocity / plan.shift.float;
+                let bin = cycles * self.n as f32;
+                (low, high) = (low.min(bin), high.max(bin));
+            }
+        }
+        let (least, most) = (plan.first, plan.first + plan.bins as i32 - 1);
+        let first = (libm::floorf(low) as i32).saturating_sub(REACH);
+        let last = (libm::ceilf(high) as i32).saturating_add(REACH);
+        Ok(Self { bins: Some((first.max(least), last.min(most))), ..all })
     }
 
     /// Checks the settings.

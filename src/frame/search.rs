@@ -4,7 +4,7 @@
 //! frame, and takes each chirp's bin where the velocity puts it.
 
 use super::echo::Echo;
-use super::map::{EMPTY, Map};
+use super::map::Map;
 use super::transform::{Factors, MOST};
 use heapless::{Deque, Vec};
 use num_complex::Complex;
@@ -68,7 +68,9 @@ impl Map<'_> {
     }
 
     /// The place of most evidence.
-    pub fn search(&self, factors: &Factors, hidden: &Vec<(i32, i32), HIDDEN>) -> Option<Strongest> {
+    #[inline(never)] // its room on the stack is not beside a fit's
+    pub fn search(&self, hidden: &Vec<(i32, i32), HIDDEN>) -> Option<Strongest> {
+        let factors = Factors::new(2 * self.plan.chirps);
         let Walks { first, last } = self.walks();
         let span = last - first;
         let steps = (libm::ceilf(span) as i32).clamp(1, WALKS);
@@ -79,7 +81,7 @@ impl Map<'_> {
         for step in 0..steps {
             let walk = if still { 0.0 } else { first + span * (step as f32 + 0.5) / steps as f32 };
             let walk = walk / self.plan.chirps as f32;
-            if let Some(place) = self.search_walking(walk, factors, hidden)
+            if let Some(place) = self.search_walking(walk, &factors, hidden)
                 && best.is_none_or(|best| {
                     is_better([place.ratio, place.power], [best.ratio, best.power])
                 })
@@ -98,7 +100,6 @@ impl Map<'_> {
     ) -> Option<Strongest> {
         let plan = self.plan;
         let (chirps, length) = (plan.chirps, 2 * plan.chirps);
-        let mut column = EMPTY;
         let mut before = [Complex::new(0.0, 0.0); MOST];
         let mut here = before;
         let mut peaks = Deque::<Peak, { 2 * BESIDE + 1 }>::new();
@@ -115,11 +116,10 @@ impl Map<'_> {
         let mut looked = 0;
         for place in 0..plan.bins as i32 {
             let bin = plan.first + place;
-            self.column(bin, walk, &mut column);
-            here.fill(Complex::new(0.0, 0.0));
-            for (point, cell) in here.iter_mut().zip(column.iter().take(chirps)) {
-                *point = *cell;
+            if let Some(column) = here.first_chunk_mut() {
+                self.column(bin, walk, column);
             }
+            here.iter_mut().skip(chirps).for_each(|point| *point = Complex::new(0.0, 0.0));
             factors.transform(&mut here);
             let mut peak = Peak { bin, half: false, row: 0, power: -1.0, log: 0.0 };
             for (at, (point, earlier)) in here.iter().zip(&before).take(length).enumerate() {

@@ -63,6 +63,7 @@ macro_rules! scalar {
             fn arctan(self) -> Self {
                 $atan(self)
             }
+            #[inline(never)] // once in an image: it is no part of a loop
             fn log_e(self) -> Self {
                 $log(self)
             }

@@ -75,12 +75,13 @@ fn weights(equations: &Equations) -> [f32; 3] {
 
 /// Returns the targets that three beats may belong to: one for each pattern of signs. A `vague` flat beat is only known to lie within that many bins of
 /// the flat tone's frequency.
+#[inline(never)] // once in an image, not for each that is told
 pub(crate) fn segments(
     tones: &[Tone; 3],
     vague: Option<f32>,
     signed: bool,
     equations: &Equations,
-    mut tell: impl FnMut(Hypothesis),
+    tell: &mut dyn FnMut(Hypothesis),
 ) {
     let [rising, _, falling] = tones;
     let (beats, told) = match vague {
@@ -118,6 +119,7 @@ pub(crate) fn segments(
 }
 
 /// Range and velocity from the signed beats of both ramps.
+#[inline(never)] // once in an image, not for each waveform
 fn place(ramps: [i64; 2], equations: &Equations) -> (I32F32, I32F32) {
     let sum = |[up, down]: [Scale; 2]| {
         metres(ramps[0], up.fixed).saturating_add(metres(ramps[1], down.fixed))
@@ -217,11 +219,12 @@ pub fn contradiction(tones: &[Tone; 3], signed: bool, equations: &Equations) -> 
 }
 
 /// Reports the targets that the beats of two ramps may belong to: one for I/Q beats, two for real ones.
+#[inline(never)] // once in an image, not for each that is told
 pub(crate) fn ramps(
     tones: &[Tone; 2],
     signed: bool,
     equations: &Equations,
-    mut tell: impl FnMut(Hypothesis),
+    tell: &mut dyn FnMut(Hypothesis),
 ) {
     let [up, down] = tones.each_ref().map(|tone| beat(tone, equations));
     let sigma = |[m1, m3]: [Scale; 2]| {

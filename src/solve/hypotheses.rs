@@ -48,7 +48,7 @@ pub(crate) fn solve(
     let (mut own, mut others) = (Vec::<Hypothesis, KEPT>::new(), Vec::<Hypothesis, KEPT>::new());
     for (index, up) in ups.iter().enumerate() {
         let kept = if index == of { &mut own } else { &mut others };
-        each(up, lines, signed, equations, |hypothesis| keep(kept, hypothesis));
+        each(up, lines, signed, equations, &mut |hypothesis| keep(kept, hypothesis));
     }
     let mut last = before;
     let mut led = false;
@@ -89,7 +89,7 @@ pub(crate) fn solve(
     let mut decided = None;
     for (step, by) in STEPS.into_iter().enumerate().take(last_step + 1) {
         let ranks = |hypothesis: &Hypothesis| weight(last_step, hypothesis);
-        let found = Choice::new(&own, rivals, |hypothesis| weight(step, hypothesis), ranks);
+        let found = Choice::new(&own, rivals, &|hypothesis| weight(step, hypothesis), &ranks);
         // Levels that contradict each other decide nothing.
         let equal = |best: &Hypothesis| -2.0 * best.levels <= SAME;
         let sure = found.as_ref().filter(|found| found.wrong <= WRONG);
@@ -108,7 +108,7 @@ pub(crate) fn solve(
     if let Some(by) = decided {
         target.ambiguity = by.map_or(Ambiguity::None, Ambiguity::Decided);
     } else {
-        let listed = listed(&own, &best, wrong, |hypothesis| weight(last_step, hypothesis));
+        let listed = listed(&own, &best, wrong, &|hypothesis| weight(last_step, hypothesis));
         target.ambiguity = Ambiguity::Several(listed);
         if target.verdict.usable() < Usable::No {
             target.verdict = target.verdict.max(Verdict::Ambiguous);
@@ -139,11 +139,12 @@ struct Choice {
 impl Choice {
     /// The best of a line's own hypotheses, against the rest of them and against `others`, which give its beats to other lines. Of equals
     /// it is the one of the higher rank.
+    #[inline(never)] // not once more where it is repeated
     fn new(
         own: &[Hypothesis],
         others: &[Hypothesis],
-        weight: impl Fn(&Hypothesis) -> f32,
-        rank: impl Fn(&Hypothesis) -> f32,
+        weight: &dyn Fn(&Hypothesis) -> f32,
+        rank: &dyn Fn(&Hypothesis) -> f32,
     ) -> Option<Self> {
         let heavier = |a: &&Hypothesis, b: &&Hypothesis| {
             weight(a).total_cmp(&weight(b)).then(rank(a).total_cmp(&rank(b)))
@@ -165,11 +166,12 @@ impl Choice {
 }
 
 /// The candidates, the most probable first.
+#[inline(never)] // its room on the stack is not beside the search's
 fn listed(
     own: &[Hypothesis],
     best: &Hypothesis,
     wrong: f32,
-    weight: impl Fn(&Hypothesis) -> f32,
+    weight: &dyn Fn(&Hypothesis) -> f32,
 ) -> Candidates {
     let most = weight(best);
     let same = own.iter().filter(|h| h.is(best)).map(|h| libm::expf(weight(h) - most));
@@ -200,12 +202,13 @@ fn keep(kept: &mut Vec<Hypothesis, KEPT>, hypothesis: Hypothesis) {
 }
 
 /// Each hypothesis of one line of the rising ramp.
+#[inline(never)] // once in an image, not for each line
 fn each(
     up: &Line,
     [ups, flats, downs]: &Lines,
     signed: bool,
     equations: &Equations,
-    mut tell: impl FnMut(Hypothesis),
+    tell: &mut dyn FnMut(Hypothesis),
 ) {
     let several = ups.len().max(flats.len()).max(downs.len()) > 1;
     let fewer = flats.len() < ups.len().max(downs.len());
@@ -218,26 +221,26 @@ fn each(
         let both = levels([rising, falling].into_iter(), equations);
         if equations.shape != Shape::Trapezoid {
             let tones = [*rising, *falling];
-            beats::ramps(&tones, signed, equations, |hypothesis| tell(both, hypothesis));
+            beats::ramps(&tones, signed, equations, &mut |hypothesis| tell(both, hypothesis));
             continue;
         }
         for flat in flats {
             let tones = [*rising, flat.tone, *falling];
             if !(fewer && flat.is_smeared()) {
                 let levels = levels(tones.iter(), equations);
-                let tell = |hypothesis: Hypothesis| tell(levels, hypothesis.with_flat(flat));
+                let tell = &mut |hypothesis: Hypothesis| tell(levels, hypothesis.with_flat(flat));
                 beats::segments(&tones, None, signed, equations, tell);
             }
             if fewer {
                 // The line may be several targets' whose velocities are nearly equal.
-                let tell = |hypothesis| tell(both, hypothesis);
+                let tell = &mut |hypothesis| tell(both, hypothesis);
                 beats::segments(&tones, Some(MERGED), signed, equations, tell);
             }
         }
         if several {
             // The flat lines are of other targets, and this one is slow: its flat beat is where no further line is sought.
             let tones = [*rising, Tone::ZERO, *falling];
-            let tell = |hypothesis| tell(both, hypothesis);
+            let tell = &mut |hypothesis| tell(both, hypothesis);
             beats::segments(&tones, Some(DRIFT as f32), signed, equations, tell);
         }
     }

@@ -133,6 +133,7 @@ impl Hypothesis {
         range >= 0.0 || range * range <= SAME * self.sigma_range * self.sigma_range
     }
 
+    #[inline(never)] // once in an image, not in each closure
     pub(super) fn is_within(&self, equations: &Equations) -> bool {
         let margin = SAME.root();
         equations.bounds.hold(

@@ -88,7 +88,7 @@ impl Board {
                     let rate_hz = self.rate_of(said.sequence);
                     self.fundamental = Some(Tone { rate_hz, ..said.harmonic.tone });
                 }
-                Some(Said::Follow(_)) | None => {}
+                Some(Said::Follow(_) | Said::ChirpFrame(_) | Said::Found(_)) | None => {}
             }
         }
         answers

@@ -59,6 +59,10 @@ pub enum Kind {
     Burst = 12,
     /// The sum of blocks that a record is of ([`super::sum::Sum`]).
     Sum = 13,
+    /// A frame of chirps ([`super::chirp_frame::ChirpFrame`]).
+    ChirpFrame = 14,
+    /// A target of a frame of chirps ([`super::chirp_frame::Found`]).
+    Found = 15,
 }
 
 impl Kind {
@@ -78,6 +82,8 @@ impl Kind {
             11 => Some(Kind::Fundamental),
             12 => Some(Kind::Burst),
             13 => Some(Kind::Sum),
+            14 => Some(Kind::ChirpFrame),
+            15 => Some(Kind::Found),
             _ => None,
         }
     }

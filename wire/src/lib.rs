@@ -7,7 +7,7 @@
 //! ```
 //!
 //! - [`frame`] is the envelope: a kind, a payload and a CRC-32, stuffed by [`cobs`].
-//! - [`telemetry`] is a measurement, [`lines`] all tones of a block, [`burst`] one burst, [`sum`] what a record adds up, [`follow`] tracks and targets, [`status`] counters, load and raw
+//! - [`telemetry`] is a measurement, [`lines`] all tones of a block, [`burst`] one burst, [`chirp_frame`] a frame of chirps and its targets, [`sum`] what a record adds up, [`follow`] tracks and targets, [`status`] counters, load and raw
 //!   samples, [`boot`] what an instrument says at its start.
 //! - [`command`] is what a host asks and how an instrument answers; [`settings`] is what a host sets,
 //!   and [`settings_error`] why a board refuses it.
@@ -29,6 +29,7 @@ mod answers;
 pub mod boot;
 pub mod burst;
 pub mod capture;
+pub mod chirp_frame;
 pub mod cobs;
 pub mod command;
 mod config;

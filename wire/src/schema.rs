@@ -3,6 +3,7 @@
 
 use crate::boot::Boot;
 use crate::burst::Burst;
+use crate::chirp_frame::{ChirpFrame, Found};
 use crate::follow::Follow;
 use crate::frame::Kind;
 use crate::fundamental::Fundamental;
@@ -14,7 +15,7 @@ use crate::sum::Sum;
 use crate::telemetry::Telemetry;
 
 /// The records of a board: the kind of their frames, and their layout. Each begins with the byte [`VERSION`](crate::layout::VERSION).
-pub const RECORDS: [(Kind, Form); 8] = [
+pub const RECORDS: [(Kind, Form); 10] = [
     (Kind::Telemetry, Telemetry::FORM),
     (Kind::Boot, Boot::FORM),
     (Kind::Status, Status::FORM),
@@ -23,6 +24,8 @@ pub const RECORDS: [(Kind, Form); 8] = [
     (Kind::Fundamental, Fundamental::FORM),
     (Kind::Burst, Burst::FORM),
     (Kind::Sum, Sum::FORM),
+    (Kind::ChirpFrame, ChirpFrame::FORM),
+    (Kind::Found, Found::FORM),
 ];
 
 /// Settings: they follow the version and the length of a block, a u32.

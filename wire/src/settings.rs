@@ -122,6 +122,14 @@ pub enum Mode {
     },
     /// Bursts are cut out of the stream, and each is measured: see [`picket_dsp::burst`] and [`crate::burst`].
     Bursts(Trigger),
+    /// Sawtooth chirps are gathered to frames, and the targets of each are found: see [`picket_dsp::frame`] and [`crate::chirp_frame`]. The
+    /// board keeps the bins of `config.band_hz`, else those of the ranges in `config.range_m`, else all.
+    Frames {
+        /// Chirps of a frame: 8, 16, ... 256.
+        chirps: u16,
+        /// From one chirp to the next, s, of an external source; `None` for every other, whose chirps follow each other.
+        period_s: Option<f64>,
+    },
 }
 
 /// The settings of an instrument.
@@ -139,8 +147,8 @@ pub struct Settings {
     pub guard: u16,
     /// What makes the chirp.
     pub drive: Drive,
-    /// How blocks are used. Sums and bursts need an image with the feature `signals`, a scene without a chirp, and neither
-    /// tracks nor further tones.
+    /// How blocks are used. Sums, bursts and frames need a board whose meter has them, and neither tracks nor further tones; sums and bursts
+    /// need a scene without a chirp, frames one of sawtooth chirps.
     pub mode: Mode,
     /// One block in `report_every` sends telemetry; all blocks are measured.
     pub report_every: u16,
@@ -285,6 +293,12 @@ choice! {
             drift_bins: f32,
         },
         2 Bursts(trigger: Trigger),
+        3 Frames {
+            /// Chirps of a frame.
+            chirps: u16,
+            /// From one chirp to the next, s, of an external source.
+            period_s: Option<f64>,
+        },
     }
 }
 
@@ -418,6 +432,8 @@ mod tests {
             Mode::Accumulate { blocks: 100, drift_bins: -0.25 },
             Mode::Bursts(Trigger::default()),
             Mode::Bursts(trigger),
+            Mode::Frames { chirps: 64, period_s: None },
+            Mode::Frames { chirps: 8, period_s: Some(1.2e-3) },
         ] {
             let settings = Settings { mode, ..Settings::default() };
             let bytes = settings.to_bytes(1024);

@@ -44,6 +44,21 @@ pub enum RampError {
     Ramp,
 }
 
+/// Why a board cannot gather frames of chirps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum FramesError {
+    /// The board has no frames.
+    Absent,
+    /// The scene is no sawtooth, or the settings follow tones or report further ones.
+    Scene,
+    /// The period is that of an external source: it is told for that source alone.
+    Period,
+    /// The cells, chirps times bins, are more than the board's memory has room for.
+    Cells,
+}
+
 /// Why settings cannot work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -82,6 +97,8 @@ pub enum SettingsError {
     Signals,
     /// Sums or bursts of a chirp, or together with tracks or further tones; tracks together with further tones; or numbers out of range.
     Mode,
+    /// Frames of chirps that this board cannot gather.
+    Frames(FramesError),
 }
 
 impl SettingsError {
@@ -105,6 +122,7 @@ impl SettingsError {
             SettingsError::Iq => [15, 0],
             SettingsError::Signals => [16, 0],
             SettingsError::Mode => [17, 0],
+            SettingsError::Frames(error) => [18, error as u8],
         }
     }
 
@@ -157,6 +175,18 @@ impl SettingsError {
             [16, _] => "this board has neither sums nor bursts: set mode to blocks",
             [17, _] => {
                 "mode: sums of 1 to 65536 blocks or bursts from a ratio of 1.05 on need a tone or a Doppler scene, without follow, most or harmonics; follow excludes most and harmonics"
+            }
+            [18, 0] => {
+                "this board has no frames of chirps, only the NUCLEO has: set mode to blocks"
+            }
+            [18, 1] => {
+                "frames are of sawtooth chirps, without follow, most or harmonics: set shape to sawtooth, or mode to blocks"
+            }
+            [18, 2] => {
+                "frames: period_s belongs to the drive external, which needs it: the time from one chirp's start to the next's"
+            }
+            [18, _] => {
+                "frames: the NUCLEO has room for 7680 cells, chirps x bins, such as 64 x 120: take fewer chirps, or narrow band_hz or range_m"
             }
             [13, _] => "the board has no such core_mhz: see its page in docs/, or leave it at 0",
             _ => "the settings do not work",

@@ -7,13 +7,13 @@ use cortex_m_rt::entry;
 use picket_dsp::acquire::sample::{Iq, Real};
 use picket_firmware::instrument::Instrument;
 use picket_firmware::instrument::meter::Every;
-use picket_firmware::nucleo_f446re::{N, Nucleo, SLOT, self_test};
+use picket_firmware::nucleo_f446re::{CELLS, N, Nucleo, SLOT, self_test};
 
 picket_firmware::nucleo_vectors!();
 
 #[entry]
 fn main() -> ! {
-    let meters = picket_firmware::meters!(Every<Real, N>, Every<Iq, N>);
+    let meters = picket_firmware::meters!(Every<Real, N, CELLS>, Every<Iq, N, CELLS>);
     if self_test::due() {
         self_test::run(meters);
     }

@@ -175,7 +175,7 @@ where
                 }
             }
             let block = self.wired.blocks.as_mut().and_then(Blocks::receive);
-            let idle = block.is_none();
+            let blocked = block.is_some();
             if let Some(block) = block {
                 self.inner.on_block(&mut self.wired, block);
             }
@@ -184,7 +184,7 @@ where
                 let end = self.inner.again();
                 self.end(end);
             }
-            if idle {
+            if !(blocked || self.inner.works()) {
                 let before = self.wired.board.ticks();
                 self.wired.board.sleep(self.wired.blocks.as_ref());
                 self.inner.slept(self.wired.board.ticks().wrapping_sub(before));

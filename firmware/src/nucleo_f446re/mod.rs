@@ -44,5 +44,16 @@ pub const SLOTS: usize = 12;
 /// measured, and one that waits.
 pub const USUAL_SLOTS: u16 = 4;
 
+/// Cells of a frame of chirps: 64 chirps of 120 bins, as many as leave a block its stack on the emulated board, whose memory is 4 KB smaller. The
+/// settings' error names them.
+pub const CELLS: usize = 64 * 120;
+
+/// What measures the blocks of this image.
+#[cfg(all(target_os = "none", feature = "nucleo"))]
+pub type Measuring = crate::instrument::meter::Meters<
+    crate::instrument::meter::Every<picket_dsp::acquire::sample::Real, N, CELLS>,
+    crate::instrument::meter::Every<picket_dsp::acquire::sample::Iq, N, CELLS>,
+>;
+
 /// Address at which the host plays DMA2, and from 0x400 on the converters.
 pub const PLAYED: usize = 0x2001_F000;

@@ -63,6 +63,7 @@ impl Serial {
     }
 
     /// Sends a frame whole and returns true, or drops it and returns false.
+    #[inline(never)] // once in an image, not for each kind of frame
     pub fn send(&mut self, frame: &[u8]) -> bool {
         if !self.has_room(frame.len()) {
             return false;

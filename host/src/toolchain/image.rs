@@ -60,8 +60,7 @@ impl Firmware<'_> {
         }
         let mut command = build(&directory, &[self.target])?;
         command.args(["--bin", self.bin]).args(others.iter().flat_map(|bin| ["--bin", bin]));
-        let (packages, level) = self.profile.for_size();
-        for package in packages {
+        for (package, level) in self.profile.for_size() {
             let set = format!("profile.release.package.{package}.opt-level={level}");
             command.args(["--config", &set]);
         }

@@ -101,7 +101,7 @@ pub enum Profile {
     /// For size: opt-level "z", for our own code and the elementary functions. What an image takes of other packages it takes as
     /// generic functions, which are compiled with ours: they are compiled once for both.
     Size,
-    /// Between them: opt-level 2, for the same packages.
+    /// Between them: opt-level 2 for the same packages, and "s" for those of them that no block is measured with.
     Balanced,
 }
 
@@ -115,14 +115,24 @@ impl Profile {
         }
     }
 
-    /// The packages that are compiled at another opt-level than 3, and at which.
-    const fn for_size(self) -> (&'static [&'static str], &'static str) {
-        const OURS: &[&str] =
-            &["picket-dsp", "picket-firmware", "picket-instrument", "picket-wire", "libm"];
+    /// The packages that are compiled at another opt-level than 3, each with its own.
+    const fn for_size(self) -> &'static [(&'static str, &'static str)] {
         match self {
-            Profile::Release => (&[], ""),
-            Profile::Size => (OURS, "'z'"),
-            Profile::Balanced => (OURS, "2"),
+            Profile::Release => &[],
+            Profile::Size => &[
+                ("picket-dsp", "'z'"),
+                ("picket-firmware", "'z'"),
+                ("picket-instrument", "'z'"),
+                ("picket-wire", "'z'"),
+                ("libm", "'z'"),
+            ],
+            Profile::Balanced => &[
+                ("picket-dsp", "2"),
+                ("picket-firmware", "2"),
+                ("picket-instrument", "'s'"),
+                ("picket-wire", "'s'"),
+                ("libm", "2"),
+            ],
         }
     }
 }

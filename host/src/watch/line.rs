@@ -194,7 +194,7 @@ impl Whole {
 
 /// Settings' checksum, clock and effort, if a board reports them.
 #[derive(Clone, Debug, Serialize)]
-struct Told {
+pub(super) struct Told {
     settings: String,
     clock: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -202,7 +202,7 @@ struct Told {
 }
 
 impl Told {
-    fn of(basis: Basis) -> Self {
+    pub(super) fn of(basis: Basis) -> Self {
         let Basis { settings, clock, effort } = basis;
         let effort = Effort::from_rounds(effort).map(Effort::name);
         Self { settings: format!("{settings:08x}"), clock: clock.name(), effort }

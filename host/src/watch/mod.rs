@@ -3,6 +3,7 @@
 mod capture;
 mod clock;
 mod error;
+mod frames;
 mod fundamental;
 pub mod line;
 mod live;
@@ -21,6 +22,7 @@ use clap::Args;
 use clock::{HostClock, Told};
 pub use error::WatchError;
 use error::{io, unheard, unknown};
+use frames::Frames;
 use fundamental::Fundamental;
 use orders::{Orders, Pending};
 use picket_wire::command::Command;
@@ -176,6 +178,7 @@ struct Watch {
     shown: Option<Instant>,
     /// The block of that row, if it is the last one's.
     sequence: Option<u32>,
+    frames: Frames,
     capture: Option<Capture>,
     /// Only the answers to commands are wanted, not the measurements meanwhile.
     quiet: bool,
@@ -221,6 +224,7 @@ impl Watch {
             heading: None,
             shown: None,
             sequence: None,
+            frames: Frames::default(),
             capture,
             quiet,
             heard: false,
@@ -346,6 +350,8 @@ impl Watch {
             | Said::Fundamental(_)
             | Said::Burst(_)
             | Said::Sum(_)
+            | Said::ChirpFrame(_)
+            | Said::Found(_)
                 if self.quiet => {}
             Said::Telemetry(record) => {
                 self.sequence = None;
@@ -359,6 +365,8 @@ impl Watch {
                 let row = line::Row::from_burst(&burst, rate_hz, &self.listener);
                 self.row(&row.at_wrong_rate(self.clock.is_wrong()))
             }
+            Said::ChirpFrame(frame) => self.frames.frame(&frame, self.style),
+            Said::Found(found) => self.frames.target(&found, self.style),
             Said::Sum(sum) => self.below(sum.sequence, line::sum(&sum, self.style)),
             Said::Lines(lines) => {
                 let tones = line::Lines::from_tones(&lines, self.rate_of(lines.sequence));

@@ -61,7 +61,7 @@ impl Scale {
                 }
                 false
             }
-            Said::Telemetry(_) | Said::Burst(_) => {
+            Said::Telemetry(_) | Said::Burst(_) | Said::ChirpFrame(_) => {
                 let (Some(known), Some(rate)) = (&mut self.known, listener.rate_hz()) else {
                     return false;
                 };

@@ -122,6 +122,11 @@ enum Modes {
         drift_bins: f32,
     },
     Bursts(Trigger),
+    Frames {
+        chirps: u16,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        period_s: Option<f64>,
+    },
 }
 
 impl Default for Fields {
@@ -177,6 +182,7 @@ impl Fields {
                 Mode::Blocks => Modes::Blocks,
                 Mode::Accumulate { blocks, drift_bins } => Modes::Accumulate { blocks, drift_bins },
                 Mode::Bursts(trigger) => Modes::Bursts(trigger),
+                Mode::Frames { chirps, period_s } => Modes::Frames { chirps, period_s },
             },
             guard: settings.guard,
             report_every: settings.report_every,
@@ -271,6 +277,7 @@ impl Fields {
             Modes::Blocks => Mode::Blocks,
             Modes::Accumulate { blocks, drift_bins } => Mode::Accumulate { blocks, drift_bins },
             Modes::Bursts(trigger) => Mode::Bursts(trigger),
+            Modes::Frames { chirps, period_s } => Mode::Frames { chirps, period_s },
         };
         let settings = Settings {
             core_mhz: self.core_mhz,
@@ -368,6 +375,11 @@ mod tests {
                 mode: Mode::Bursts(Trigger { ratio: Some(2.5), hold_off: 7, least: 9 }),
                 ..Settings::default()
             },
+            Settings { mode: Mode::Frames { chirps: 64, period_s: None }, ..Settings::default() },
+            Settings {
+                mode: Mode::Frames { chirps: 128, period_s: Some(1.2e-3) },
+                ..Settings::default()
+            },
         ] {
             let fields: Fields = serde_json::from_str(&to_json(&settings, 1024)).unwrap();
             assert_eq!(fields.settings(), Ok((settings, 1024)));
@@ -383,6 +395,8 @@ mod tests {
         assert_eq!(mode(r#"{"bursts": {}}"#), Ok(Mode::Bursts(Trigger::default())));
         let sums = Mode::Accumulate { blocks: 9, drift_bins: 0.0 };
         assert_eq!(mode(r#"{"accumulate": {"blocks": 9}}"#), Ok(sums));
+        let frames = Mode::Frames { chirps: 64, period_s: None };
+        assert_eq!(mode(r#"{"frames": {"chirps": 64}}"#), Ok(frames));
         let scene = |text: &str| {
             let fields: Fields = serde_json::from_str(&format!("{{\"scene\": {text}}}")).unwrap();
             fields.settings().map(|(settings, _)| settings.config.scene)

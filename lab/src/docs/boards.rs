@@ -16,6 +16,7 @@ pub(super) const TABLES: &[Table] = &[
     Table::new(BOARD, "held", held),
     Table::new(BOARD, "several", several),
     Table::new(BOARD, "sums", sums),
+    Table::new(BOARD, "frames", frames),
     Table::new(PICO, "rates", |_| rates_of(&rates::pico())),
     Table::new(PICO, "worst", worst),
     Table::new(PICO, "latency", |_| latency("pico", "a usual block", "a usual block's")),
@@ -26,13 +27,15 @@ pub(super) const TABLES: &[Table] = &[
 ];
 
 /// What the board was doing when its stack was read.
-const DOING: [&str; 6] = [
+const DOING: [&str; 8] = [
     "block by block",
     "following a tone",
     "with four tones",
     "with sums",
     "with sums of I/Q blocks",
     "with bursts",
+    "with frames",
+    "with frames of I/Q chirps",
 ];
 
 type Lines = Result<Vec<String>, String>;
@@ -157,6 +160,30 @@ fn sums(_: &Table) -> Lines {
             format!("kS/s of real records with `slots` 8: {what}"),
             rate,
             String::new(),
+        ]));
+    }
+    Ok(lines)
+}
+
+fn frames(_: &Table) -> Lines {
+    let mut lines = head(
+        "| chirps | instructions a chirp | instructions of the search for two targets | its time at 180 MHz, s | frames of 64 chirps a second at 500 kS/s |",
+    );
+    for kind in ["real", "I/Q"] {
+        let name = format!(
+            "board, instructions of a {kind} chirp in a frame, and of the search for two targets"
+        );
+        let [chirp, search] = measured(&name)?;
+        // By the cycles that an instruction of a usual block takes.
+        let seconds = 1.4 * search / 180e6;
+        let frame_s = 64.0 * 1088.0 / 500e3;
+        let rate = 1.0 / (frame_s + seconds);
+        lines.push(row([
+            kind.to_owned(),
+            whole(chirp),
+            whole(search),
+            format!("{seconds:.2}"),
+            format!("{rate:.1}"),
         ]));
     }
     Ok(lines)

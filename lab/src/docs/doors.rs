@@ -112,7 +112,7 @@ const FEATURES: &[Feature] = &[
             "picket_frame_size",
             "frame_push",
         ],
-        wire: &[],
+        wire: &["ChirpFrame", "Found"],
         page: &["picket_map"],
     },
     Feature {

@@ -10,13 +10,10 @@ use crate::nucleo_f446re::words::clock::HSE_HZ;
 use crate::nucleo_f446re::words::guard::{LSI_HZ, WATCHDOG, brown_out};
 use crate::nucleo_f446re::words::quiet::Quiet;
 use crate::nucleo_f446re::words::sampling::BLOCK_CYCLES;
-use crate::nucleo_f446re::{N, Nucleo, chirp, gauge, registers, start, storage::Flash};
-use picket_dsp::acquire::sample::{Iq, Real};
+use crate::nucleo_f446re::{Measuring, N, Nucleo, chirp, gauge, registers, start, storage::Flash};
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::solve::chirp::Shape;
 use picket_dsp::solve::equations::Chirp;
-use picket_instrument::every::Every;
-use picket_instrument::meter::Meters;
 use picket_instrument::words::payload;
 use picket_wire::boot::{Causes, Clock};
 use picket_wire::settings::{Drive, Settings};
@@ -27,7 +24,7 @@ pub struct Bench<'a> {
     pub board: Nucleo,
     pub state: &'a mut State,
     /// What measures the blocks: the instrument's own.
-    pub meters: &'static mut Meters<Every<Real, N>, Every<Iq, N>>,
+    pub meters: &'static mut Measuring,
     /// The causes of the chip's reset before this item.
     pub causes: Causes,
 }

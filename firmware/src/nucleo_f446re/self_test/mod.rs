@@ -16,9 +16,6 @@ use crate::instrument::handover::Handover;
 use crate::instrument::stack::Stack;
 use items::{Bench, ITEMS};
 use line::Line;
-use picket_dsp::acquire::sample::{Iq, Real};
-use picket_instrument::every::Every;
-use picket_instrument::meter::Meters;
 use picket_wire::boot::LastEnd;
 use picket_wire::settings::Settings;
 use state::State;
@@ -34,9 +31,7 @@ pub fn due() -> bool {
 }
 
 /// Tries the list's next item, and ends by a reset.
-pub fn run(
-    meters: Option<&'static mut Meters<Every<Real, { super::N }>, Every<Iq, { super::N }>>>,
-) -> ! {
+pub fn run(meters: Option<&'static mut super::Measuring>) -> ! {
     let Handover { last, .. } = Handover::take();
     let causes = Nucleo::causes();
     // Power and the button end the list, a reset by program or watchdog goes on with it.

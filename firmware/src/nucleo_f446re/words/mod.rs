@@ -66,6 +66,9 @@ pub const SEEK_CYCLES: [u64; 2] = [40_000, 60_000];
 /// Core cycles in which a burst is measured, real and I/Q.
 pub const BURST_CYCLES: [u64; 2] = [1_300_000, 1_800_000];
 
+/// Core cycles in which a chirp of a frame is transformed and its bins are kept, real and I/Q.
+pub const CHIRP_CYCLES: [u64; 2] = [100_000, 150_000];
+
 /// The fewest core cycles that a block may last, whatever its samples are. While a sum's last block or a burst takes longer, the blocks
 /// wait in slots that the stream does not fill.
 fn least_cycles(settings: &Settings, slots: u16) -> u64 {
@@ -77,6 +80,7 @@ fn least_cycles(settings: &Settings, slots: u16) -> u64 {
             let wait = wait.min(blocks.max(1).into());
             of(BLOCK_CYCLES) + of(ADD_CYCLES) + of(SUM_CYCLES).div_ceil(wait)
         }
+        Mode::Frames { .. } => of(CHIRP_CYCLES),
         // On average at most one burst in this number of blocks.
         Mode::Bursts(_) => of(SEEK_CYCLES) + of(BURST_CYCLES).div_ceil(wait),
     }

@@ -65,8 +65,7 @@ fn frames<R: Kind, const N: usize>(
     sink: &mut dyn FnMut(Found),
 ) -> Result<Tally, String> {
     let rate_hz = recording.rate_hz();
-    let bins = cut.band_hz.map(|band| bins(band, rate_hz, N, R::IQ));
-    let plan = radar.plan(rate_hz, (N, R::IQ), &chirp, layout, bins, told.range_m)?;
+    let plan = radar.plan(rate_hz, (N, R::IQ), &chirp, layout, cut.band_hz, told.range_m)?;
     let mut cells = vec![[0i32; 2]; plan.cells()];
     let mut frame = Frame::new(plan, Cells::Wide(&mut cells)).ok_or("too few cells")?;
     let ranging = told.ranging(&chirp, rate_hz, N, R::IQ)?;
@@ -127,11 +126,4 @@ fn frames<R: Kind, const N: usize>(
         ));
     }
     Ok(tally)
-}
-
-/// The bins of a band, as far as a record has them.
-fn bins((low, high): (f64, f64), rate_hz: f64, n: usize, iq: bool) -> (i32, i32) {
-    let (bin, half) = (|hz: f64| hz / rate_hz * n as f64, n as i32 / 2);
-    let least = if iq { -half } else { 1 };
-    (least.max(bin(low).floor() as i32), (half - 1).min(bin(high).ceil() as i32))
 }

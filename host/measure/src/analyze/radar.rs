@@ -180,12 +180,12 @@ impl Radar {
         (n, iq): (usize, bool),
         chirp: &Chirp,
         layout: &Layout,
-        bins: Option<(i32, i32)>,
+        band_hz: Option<(f64, f64)>,
         range_m: Option<(f64, f64)>,
     ) -> Result<FramePlan, String> {
         let usual = FrameConfig::new(*chirp, rate_hz, n, iq, layout.chirps, layout.period_s);
+        let usual = band_hz.map_or(usual, |band| usual.in_band(band));
         let config = FrameConfig {
-            bins,
             false_alarm: self.false_alarm.unwrap_or(usual.false_alarm),
             range_m,
             velocity_mps: self.velocity_mps,

@@ -178,7 +178,11 @@ impl Live {
                 self.begin(None);
             }
             // The picture has room for one tone.
-            Said::Lines(_) | Said::Fundamental(_) | Said::Sum(_) => {}
+            Said::Lines(_)
+            | Said::Fundamental(_)
+            | Said::Sum(_)
+            | Said::ChirpFrame(_)
+            | Said::Found(_) => {}
             Said::Answer(..) | Said::Raw(_) => {}
         }
         unknown
