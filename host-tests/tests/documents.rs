@@ -2,9 +2,9 @@
 
 use picket_dsp::Verdict;
 use picket_firmware::instrument::plan;
-use picket_firmware::nucleo_f446re::{CELLS, N};
 use picket_firmware::nucleo_f446re::words::Words;
 use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
+use picket_firmware::nucleo_f446re::{CELLS, N};
 use picket_host::watch::settings;
 use std::collections::BTreeSet;
 use std::fs;

@@ -31,9 +31,7 @@ pub fn due() -> bool {
 }
 
 /// Tries the list's next item, and ends by a reset.
-pub fn run(
-    meters: Option<&'static mut super::Measuring>,
-) -> ! {
+pub fn run(meters: Option<&'static mut super::Measuring>) -> ! {
     let Handover { last, .. } = Handover::take();
     let causes = Nucleo::causes();
     // Power and the button end the list, a reset by program or watchdog goes on with it.
