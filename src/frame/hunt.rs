@@ -7,7 +7,7 @@ use super::echo::Echo;
 use super::fit::Fitted;
 use super::map::{Map, TARGETS};
 use super::noise;
-use super::search::HIDDEN;
+use super::search::{HIDDEN, Strongest};
 use super::target::{FrameTarget, apart};
 use crate::list::{insert, remove};
 use crate::math::scalar::Scalar as _;
@@ -30,12 +30,15 @@ const LAST: usize = 8;
 const SETTLED: f32 = 0.02;
 
 /// What the next step of a search does.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Stage {
-    /// Seeks another echo.
-    #[default]
-    Seek,
-    /// Fits all echoes together once more; so many times already.
+    /// Seeks another echo, by the walk of this number.
+    Seek(i32),
+    /// Fits the newest echo alone.
+    Join,
+    /// Fits all echoes together, so many times already, and then judges the newest one.
+    Round(usize),
+    /// Fits all echoes together until they have settled; so many times already.
     Settle(usize),
     /// Makes a target of the echo of this index.
     Report(usize),
@@ -43,8 +46,8 @@ enum Stage {
     Done,
 }
 
-/// The search for the targets of a complete frame, in steps: [`Frame::targets`](super::Frame::targets) takes all of them at once. A step seeks
-/// one more echo in the map, fits all echoes together, or makes a target of one.
+/// The search for the targets of a complete frame, in steps: [`Frame::targets`](super::Frame::targets) takes all of them at once. A step goes
+/// through the map once, fits all echoes together, or makes a target of one.
 ///
 /// ```text
 /// let mut search = Search::new();
@@ -53,9 +56,11 @@ enum Stage {
 /// }
 /// search.targets()
 /// ```
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Search {
     stage: Stage,
+    /// The strongest place so far.
+    best: Option<Strongest>,
     echoes: Vec<Echo, TARGETS>,
     hidden: Vec<(i32, i32), HIDDEN>,
     crowded: Vec<(i32, i32), HIDDEN>,
@@ -66,7 +71,8 @@ impl Search {
     /// A search that begins.
     pub const fn new() -> Self {
         Self {
-            stage: Stage::Seek,
+            stage: Stage::Seek(0),
+            best: None,
             echoes: Vec::new(),
             hidden: Vec::new(),
             crowded: Vec::new(),
@@ -76,7 +82,7 @@ impl Search {
 
     /// Begins again.
     pub fn begin(&mut self) {
-        self.stage = Stage::Seek;
+        (self.stage, self.best) = (Stage::Seek(0), None);
         self.echoes.clear();
         self.hidden.clear();
         self.crowded.clear();
@@ -98,8 +104,39 @@ impl Search {
         let map = Map { plan: &frame.plan, store: &frame.store, background, echoes };
         let mut hunt = Hunt { map };
         self.stage = match self.stage {
-            Stage::Seek if hunt.seek(&mut self.hidden, &mut self.crowded) => Stage::Seek,
-            Stage::Seek => Stage::Settle(0),
+            Stage::Seek(_) if hunt.map.echoes.is_full() => Stage::Settle(0),
+            Stage::Seek(step) => {
+                if let Some(place) = hunt.map.search(step, &self.hidden)
+                    && self.best.is_none_or(|best| place.is_better(&best))
+                {
+                    self.best = Some(place);
+                }
+                if step + 1 < hunt.map.steps() {
+                    Stage::Seek(step + 1)
+                } else {
+                    match self.best {
+                        Some(place)
+                            if hunt.is_likely(&place)
+                                && hunt.map.echoes.push(place.echo).is_ok() =>
+                        {
+                            Stage::Join
+                        }
+                        _ => Stage::Settle(0),
+                    }
+                }
+            }
+            Stage::Join if hunt.settle_newest() => Stage::Round(0),
+            Stage::Join => Stage::Settle(0),
+            Stage::Round(times) if times < ROUNDS => {
+                hunt.round(1.0);
+                Stage::Round(times + 1)
+            }
+            Stage::Round(_) => match self.best.take() {
+                Some(place) if hunt.judge(&place, &mut self.hidden, &mut self.crowded) => {
+                    Stage::Seek(0)
+                }
+                _ => Stage::Settle(0),
+            },
             Stage::Settle(times) if times < LAST && !hunt.round(SETTLED) => {
                 Stage::Settle(times + 1)
             }
@@ -126,36 +163,37 @@ impl Search {
     }
 }
 
+impl Default for Search {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 /// A search with the map that it goes through.
 struct Hunt<'a> {
     map: Map<'a>,
 }
 
 impl Hunt<'_> {
-    /// Seeks another echo. Returns whether there may be one more.
+    /// Whether a place exceeds the noise enough for a fit.
+    fn is_likely(&self, place: &Strongest) -> bool {
+        let plan = self.map.plan;
+        // The search loses 2 dB at the most.
+        let chance = ln_chance(1.7 * place.ratio, self.map.tried(), plan.chirps as f32, 1e6);
+        chance <= plan.false_alarm.log_e()
+    }
+
+    /// Judges the newest echo, which was sought at this place. Returns whether there may be one more.
     #[inline(never)] // its room on the stack is not beside a report's
-    fn seek(
+    fn judge(
         &mut self,
+        place: &Strongest,
         hidden: &mut Vec<(i32, i32), HIDDEN>,
         crowded: &mut Vec<(i32, i32), HIDDEN>,
     ) -> bool {
-        if self.map.echoes.is_full() {
-            return false;
-        }
         let plan = self.map.plan;
         let least = plan.false_alarm.log_e();
-        let Some(place) = self.map.search(hidden) else { return false };
-        // The search loses 2 dB at the most.
-        if ln_chance(1.7 * place.ratio, self.map.tried(), plan.chirps as f32, 1e6) > least {
-            return false;
-        }
-        let index = self.map.echoes.len();
-        if self.map.echoes.push(place.echo).is_err() || !self.settle_new(index) {
-            return false;
-        }
-        for _ in 0..ROUNDS {
-            self.round(1.0);
-        }
+        let index = self.map.echoes.len().saturating_sub(1);
         let Some(newest) = self.map.echoes.get(index).copied() else { return false };
         let mut others = self.map.echoes.iter().take(index);
         let near = others.any(|other| apart(&newest, other, plan.chirps) < ONE);
@@ -174,8 +212,9 @@ impl Hunt<'_> {
         true
     }
 
-    /// Fits a new echo alone, from its place.
-    fn settle_new(&mut self, index: usize) -> bool {
+    /// Fits the newest echo alone, from its place; without a fit it is dropped.
+    fn settle_newest(&mut self) -> bool {
+        let index = self.map.echoes.len().saturating_sub(1);
         for step in 0..3 {
             let Some(fitted) = self.fit(index, step == 0) else {
                 remove(&mut self.map.echoes, index);

@@ -31,6 +31,18 @@ pub(super) struct Strongest {
     power: f32,
 }
 
+impl Strongest {
+    /// Whether it has more evidence than another one.
+    pub fn is_better(&self, other: &Self) -> bool {
+        is_better([self.ratio, self.power], [other.ratio, other.power])
+    }
+}
+
+/// Whether nothing walks: within half a cell.
+fn is_still(first: f32, last: f32) -> bool {
+    first.abs().max(last.abs()) < 0.5
+}
+
 /// From this ratio on the noise of a neighbourhood is the leakage of the place itself: the power decides.
 const FAR: f32 = 200.0;
 
@@ -67,29 +79,20 @@ impl Map<'_> {
         Walks { first: a.min(b), last: a.max(b) }
     }
 
-    /// The place of most evidence.
+    /// The number of walks that are tried.
+    pub fn steps(&self) -> i32 {
+        let Walks { first, last } = self.walks();
+        if is_still(first, last) { 1 } else { (libm::ceilf(last - first) as i32).clamp(1, WALKS) }
+    }
+
+    /// The place of most evidence by the walk of this number.
     #[inline(never)] // its room on the stack is not beside a fit's
-    pub fn search(&self, hidden: &Vec<(i32, i32), HIDDEN>) -> Option<Strongest> {
+    pub fn search(&self, step: i32, hidden: &Vec<(i32, i32), HIDDEN>) -> Option<Strongest> {
         let factors = Factors::new(2 * self.plan.chirps);
         let Walks { first, last } = self.walks();
-        let span = last - first;
-        let steps = (libm::ceilf(span) as i32).clamp(1, WALKS);
-        // Within half a cell nothing walks.
-        let still = first.abs().max(last.abs()) < 0.5;
-        let steps = if still { 1 } else { steps };
-        let mut best = None::<Strongest>;
-        for step in 0..steps {
-            let walk = if still { 0.0 } else { first + span * (step as f32 + 0.5) / steps as f32 };
-            let walk = walk / self.plan.chirps as f32;
-            if let Some(place) = self.search_walking(walk, &factors, hidden)
-                && best.is_none_or(|best| {
-                    is_better([place.ratio, place.power], [best.ratio, best.power])
-                })
-            {
-                best = Some(place);
-            }
-        }
-        best
+        let share = (step as f32 + 0.5) / self.steps() as f32;
+        let walk = if is_still(first, last) { 0.0 } else { first + (last - first) * share };
+        self.search_walking(walk / self.plan.chirps as f32, &factors, hidden)
     }
 
     fn search_walking(

@@ -66,10 +66,10 @@ impl<R: Record> Gathered<R> {
     fn said(
         &mut self,
         records: &[[R::Sample; N]],
-        (number, first): (u32, u32),
+        (number, first, gap): (u32, u32, bool),
         [passed, lost]: [u32; 2],
     ) -> Vec<Said> {
-        let stamp = self.here.stamp(first.into(), number == 1);
+        let stamp = self.here.stamp(first.into(), gap);
         let mut frame = Frame::new(self.plan, Cells::Narrow(&mut self.cells)).unwrap();
         let mut complete = false;
         for chirp in first..first + u32::from(CHIRPS) {
@@ -182,7 +182,7 @@ fn gathered<R: Record>() {
         // Nothing is asked during the search.
         assert!(chirp == CHIRPS || told_of(&mut board).is_empty());
     }
-    let expected = here.said(&records, (0, 0), [0; 2]);
+    let expected = here.said(&records, (0, 0, false), [0; 2]);
     right(&run, &world, 0, &expected);
     let (told, search) = heard(&mut board);
     assert_eq!(told, expected);
@@ -203,7 +203,7 @@ fn gathered<R: Record>() {
         send(&mut board, &mut next);
         assert!(told_of(&mut board).is_empty());
     }
-    let expected = here.said(&records, (1, first), [interrupted + lost, lost]);
+    let expected = here.said(&records, (1, first, true), [interrupted + lost, lost]);
     right(&run, &world, first as usize, &expected);
     assert_eq!(heard(&mut board).0, expected);
     // Chirps that pass while targets are sought are in no frame: how many, the pace of the emulator decides.
@@ -215,7 +215,11 @@ fn gathered<R: Record>() {
     }
     let end = third + u32::from(CHIRPS);
     told.iter_mut().map(untimed).for_each(drop);
-    assert_eq!(told, here.said(&records, (2, third), [0, lost]));
+    let Some(Said::ChirpFrame(ChirpFrame { health, .. })) = told.first() else { panic!("a frame") };
+    // A slow machine keeps blocks waiting during a search, so that some are lost.
+    let lost = [lost, health.lost];
+    assert!(lost[1] >= lost[0]);
+    assert_eq!(told, here.said(&records, (2, third, false), [0, lost[1]]));
     // How many of them passed before the search ended, the board says.
     let ended = next;
     let mut told = Vec::new();
@@ -225,17 +229,18 @@ fn gathered<R: Record>() {
     }
     told.iter_mut().map(untimed).for_each(drop);
     let Some(Said::ChirpFrame(fourth)) = told.first() else { panic!("a frame") };
-    let first = fourth.stamp.sequence;
+    let ChirpFrame { stamp: Stamp { sequence: first, gap, .. }, health, .. } = *fourth;
+    assert!(health.lost >= lost[1]);
     println!("{} chirps passed", fourth.passed);
     assert!(end < first && first <= ended, "{end} {first} {ended}");
-    assert_eq!(told, here.said(&records, (3, first), [first - end, lost]));
+    assert_eq!(told, here.said(&records, (3, first, gap), [first - end, health.lost]));
     fits(&mut board, if R::IQ { "with frames of I/Q chirps" } else { "with frames" });
     let kind = if R::IQ { "I/Q" } else { "real" };
     println!("{kind}: {longest} instructions a chirp");
-    assert!(1.4 * f64::from(longest) < CHIRP_CYCLES[usize::from(R::IQ)] as f64);
+    assert!(1.4 * f64::from(longest) + 27e3 < CHIRP_CYCLES[usize::from(R::IQ)] as f64);
     hold(
         &format!(
-            "board, instructions of a {kind} chirp in a frame, and of the search for two targets"
+            "board, instructions of a chirp in a frame and of the search for two targets, {kind}"
         ),
         1.0,
         &[longest.into(), search],

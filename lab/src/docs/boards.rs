@@ -171,7 +171,7 @@ fn frames(_: &Table) -> Lines {
     );
     for kind in ["real", "I/Q"] {
         let name = format!(
-            "board, instructions of a {kind} chirp in a frame, and of the search for two targets"
+            "board, instructions of a chirp in a frame and of the search for two targets, {kind}"
         );
         let [chirp, search] = measured(&name)?;
         // By the cycles that an instruction of a usual block takes.

@@ -66,8 +66,9 @@ pub const SEEK_CYCLES: [u64; 2] = [40_000, 60_000];
 /// Core cycles in which a burst is measured, real and I/Q.
 pub const BURST_CYCLES: [u64; 2] = [1_300_000, 1_800_000];
 
-/// Core cycles in which a chirp of a frame is transformed and its bins are kept, real and I/Q.
-pub const CHIRP_CYCLES: [u64; 2] = [100_000, 150_000];
+/// Core cycles in which a chirp of a frame is transformed and its bins are kept, real and I/Q, as in [`ADD_CYCLES`], and 27,000 for the waits of
+/// the flash.
+pub const CHIRP_CYCLES: [u64; 2] = [84_000, 128_000];
 
 /// The fewest core cycles that a block may last, whatever its samples are. While a sum's last block or a burst takes longer, the blocks
 /// wait in slots that the stream does not fill.
