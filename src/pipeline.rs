@@ -52,16 +52,16 @@ impl Measurement {
     pub fn total(&self, known: &Uncertainty, angle_rad: f32) -> Total {
         let clock = 1e-6 * known.clock_ppm * self.tone.frequency.cycles_f32();
         let frequency = (self.tone.sigma * self.tone.sigma + clock * clock).root();
-        let [range, velocity] = match &self.result {
-            Outcome::None => [0.0; 2],
-            Outcome::Target(target) => known.of_target(target, angle_rad).total(),
-            Outcome::Velocity(answer) => {
-                let (velocity, sigma_velocity) = (Some(answer.velocity), answer.sigma);
-                let target = Target { velocity, sigma_velocity, ..Target::default() };
-                [0.0, known.of_target(&target, angle_rad).total()[1]]
+        let (ranged, target) = match self.result {
+            Outcome::None => (false, Target::default()),
+            Outcome::Target(target) => (true, target),
+            Outcome::Velocity(Velocity { velocity, sigma, .. }) => {
+                let velocity = Some(velocity);
+                (false, Target { velocity, sigma_velocity: sigma, ..Target::default() })
             }
         };
-        Total { frequency, range, velocity }
+        let [range, velocity] = known.of_target(&target, angle_rad).total();
+        Total { frequency, range: if ranged { range } else { 0.0 }, velocity }
     }
 }
 

@@ -147,8 +147,8 @@ impl Uncertainty {
         let known = target.velocity.is_some();
         let share = |ppm: f32, of: f32| (1e-6 * ppm * of).abs();
         // V / cos: the derivatives are V tan and V (1 + 2 tan^2).
-        let (sin, cos) = (libm::sinf(angle_rad), libm::cosf(angle_rad));
-        let tangent = sin / cos;
+        let beam = f32::unit(angle_rad / (2.0 * PI));
+        let tangent = beam.im / beam.re;
         let first = speed * tangent * self.angle_rad;
         let second = speed * (1.0 + 2.0 * tangent * tangent) * self.angle_rad * self.angle_rad;
         let angle = (first * first + 0.5 * second * second).root();

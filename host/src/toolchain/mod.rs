@@ -131,7 +131,7 @@ impl Profile {
                 ("picket-firmware", "2"),
                 ("picket-instrument", "'s'"),
                 ("picket-wire", "'s'"),
-                ("libm", "2"),
+                ("libm", "'s'"),
             ],
         }
     }
