@@ -173,8 +173,10 @@ mod tests {
         assert_eq!(Found::from_bytes(&bytes), Ok(told));
         let mut wrong = [told; 5];
         wrong[0].place = 8;
+        wrong[1].found.target.verdict = Verdict::Good;
         wrong[1].found.target.sigma_range = f32::NAN;
-        wrong[2].found.line.tone.snr = f32::NAN;
+        wrong[2].found.line.tone.verdict = Verdict::Good;
+        wrong[2].found.line.tone.sigma = f32::INFINITY;
         wrong[3].found.covariance = f32::NAN;
         wrong[4].found.ln_chance = 1.0;
         for wrong in wrong {
