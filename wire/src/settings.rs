@@ -19,6 +19,7 @@ use picket_dsp::acquire::burst::Trigger;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::pipeline::{Measurement, Outcome};
+use picket_dsp::solve::candidates::{Ambiguity, Candidate, Candidates};
 use picket_dsp::solve::uncertainty::Uncertainty;
 use picket_dsp::spectrum::fft::twiddle::supported;
 use picket_dsp::tone::effort::Effort;
@@ -90,18 +91,28 @@ impl Calibration {
         if accepted { 1.0 + f64::from(self.clock_ppm) * 1e-6 } else { 1.0 }
     }
 
-    /// Corrects the range of a measurement.
+    /// Corrects the range of a measurement, and those of its candidates.
     pub fn apply(&self, measurement: &mut Measurement) {
         if *self == Self::default() {
             return;
         }
         if let Outcome::Target(target) = &mut measurement.result {
-            let range = target.range.to_num::<f64>() * f64::from(self.range_slope);
-            let range = range + f64::from(self.range_offset_m);
-            // A cast saturates and turns NaN into 0.
-            target.range = I32F32::from_bits((range * 4_294_967_296.0) as i64);
+            target.range = self.corrected(target.range);
             target.sigma_range *= self.range_slope;
+            if let Ambiguity::Several(candidates) = target.ambiguity {
+                let candidates = candidates
+                    .iter()
+                    .map(|one| Candidate { range: self.corrected(one.range), ..*one });
+                target.ambiguity = Ambiguity::Several(Candidates::new(candidates));
+            }
         }
+    }
+
+    #[inline(never)] // once in an image
+    fn corrected(&self, range: I32F32) -> I32F32 {
+        let range = range.to_num::<f64>() * f64::from(self.range_slope);
+        // A cast saturates and turns NaN into 0.
+        I32F32::from_bits(((range + f64::from(self.range_offset_m)) * 4_294_967_296.0) as i64)
     }
 }
 
@@ -453,7 +464,8 @@ mod tests {
     #[test]
     fn settings_that_say_more_are_refused() {
         const { assert!(2 + Settings::BYTES <= crate::frame::PAYLOAD) };
-        let settings = Settings { effort: Some(Effort::ONE), ..Settings::default() };
+        let uncertainty = Some(Uncertainty { clock_ppm: 20.0, ..Uncertainty::default() });
+        let settings = Settings { effort: Some(Effort::ONE), uncertainty, ..Settings::default() };
         let bytes = settings.to_bytes(1024);
         let told = |place: usize, value: u8| {
             let mut bytes = bytes.clone();
@@ -478,12 +490,18 @@ mod tests {
         let calibration = Calibration { clock_ppm: 0.0, range_offset_m: -0.25, range_slope: 1.01 };
         calibration.apply(&mut measurement);
         assert_eq!(measurement, Measurement::default());
-        let target = Target { range: I32F32::from_num(10), sigma_range: 0.5, ..Target::default() };
+        let ranges = [10.0, 20.0].map(I32F32::from_num);
+        let candidates = ranges.map(|range| Candidate { range, ..Candidate::default() });
+        let ambiguity = Ambiguity::Several(Candidates::new(candidates));
+        let target = Target { range: ranges[0], sigma_range: 0.5, ambiguity, ..Target::default() };
         measurement.result = Outcome::Target(target);
         calibration.apply(&mut measurement);
         let Outcome::Target(target) = measurement.result else { panic!("still a target") };
         assert!((target.range.to_num::<f64>() - 9.85).abs() < 1e-6);
         assert_eq!(target.sigma_range, 0.5 * 1.01);
+        let candidates = target.ambiguity.candidates();
+        assert_eq!(candidates[0].range, target.range);
+        assert!((candidates[1].range.to_num::<f64>() - 19.95).abs() < 1e-6);
         let before = measurement;
         Calibration::default().apply(&mut measurement);
         assert_eq!(measurement, before);

@@ -158,13 +158,18 @@ mod tests {
         let target = Target { velocity: Some(I32F32::ONE), ambiguity, ..Target::default() };
         let basis = Basis { settings: 0xDEAD_BEEF, clock: Clock::Internal, effort: 2 };
         let (method, health) = (Method::ZRife, Health::default());
+        let total = Total { frequency: 1e-6, range: 0.0, velocity: 2.0 };
         for (basis, ambiguity) in
             [(Some(basis), ambiguity), (None, Ambiguity::Coupled), (None, Ambiguity::None)]
         {
             let result = Outcome::Target(Target { ambiguity, ..target });
             let measurement = Measurement { result, ..Measurement::default() };
             let record = Telemetry { measurement, method, health, basis, uncertainty: None };
+            let fewer = record.to_bytes();
+            assert_eq!(Telemetry::from_bytes(&fewer), Ok(record));
+            let record = Telemetry { uncertainty: Some(Total { range: 0.1, ..total }), ..record };
             let bytes = record.to_bytes();
+            assert_eq!(bytes.len(), fewer.len() + 14); // its own length, whether it is there, and itself
             assert_eq!(Telemetry::from_bytes(&bytes), Ok(record));
             let full = bytes.len() == Telemetry::BYTES;
             assert_eq!(full, basis.is_some() && ambiguity.candidates().len() == CANDIDATES);
