@@ -9,6 +9,7 @@ mod computed;
 mod doors;
 mod figures;
 mod listings;
+mod peers;
 mod performance;
 mod protocol;
 pub mod recordings;
@@ -79,7 +80,7 @@ impl Table {
 }
 
 fn tables() -> impl Iterator<Item = &'static Table> {
-    let pages: [&'static [Table]; 8] = [
+    let pages: [&'static [Table]; 9] = [
         computed::TABLES,
         performance::TABLES,
         boards::TABLES,
@@ -88,6 +89,7 @@ fn tables() -> impl Iterator<Item = &'static Table> {
         claims::TABLES,
         protocol::TABLES,
         doors::TABLES,
+        peers::TABLES,
     ];
     pages.into_iter().flatten()
 }
