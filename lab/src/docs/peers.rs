@@ -103,8 +103,7 @@ fn by_frame(chirps: &[Vec<[i16; 2]>], plan: FramePlan) -> Option<[f64; 2]> {
 fn seen(answers: &[(Option<[f64; 2]>, [f64; 2])], cell: [f64; 2]) -> [String; 3] {
     let errors: Vec<[f64; 2]> = answers
         .iter()
-        .filter_map(|(answer, truth)| Some([0, 1].map(|of| answer.map(|it| it[of] - truth[of]))))
-        .filter_map(|[range, velocity]| Some([range?, velocity?]))
+        .filter_map(|&(answer, truth)| answer.map(|it| [0, 1].map(|of| it[of] - truth[of])))
         .filter(|error| [0, 1].iter().all(|&of| error[of].abs() < NEAR * cell[of]))
         .collect();
     let rms = |of: usize| {
