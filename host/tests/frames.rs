@@ -103,6 +103,24 @@ fn targets_of_frames() {
     }
 }
 
+/// What a clipped echo shows beside itself is no target, and nothing is good.
+#[test]
+fn a_clipped_frame_says_so() {
+    let mut run = scene(64, 25.0, true, json!([target(18.0, 3.0, 900.0)]));
+    let parts: Vec<i16> = (0..64).flat_map(|index| run.record(index, N)).flatten().collect();
+    let data = |most: i16| {
+        parts.iter().flat_map(|&x| x.clamp(-most - 1, most).to_le_bytes()).collect::<Vec<u8>>()
+    };
+    for (most, bits, verdict) in [(511, "10", "clipped"), (2047, "12", "good")] {
+        let path = file(&format!("clipped-{bits}.npy"), &npy("<i2", "64, 256, 2", data(most)));
+        let more =
+            ["--period-s", "120e-6", "--velocity-mps=-8:8", "--mixing", "tx-conj-rx", "--json"];
+        let all = lines(ANALYZE, &[&[&path[..]], &RADAR[..], &more, &["--bits", bits]].concat());
+        assert!(!all.is_empty(), "{bits} bits");
+        assert!(all.iter().all(|line| line["verdict"] == verdict), "{bits} bits: {all:?}");
+    }
+}
+
 fn run_text(arguments: &[&str]) -> String {
     let output = run(ANALYZE, arguments);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

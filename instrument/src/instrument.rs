@@ -17,8 +17,7 @@ use picket_dsp::acquire::sample::{Iq, Real};
 use picket_dsp::burst;
 use picket_dsp::config::Scene;
 use picket_dsp::pipeline::{Measurement, Outcome, Pipeline};
-use picket_dsp::tone::sigma::CLIPPED;
-use picket_dsp::tone::{Tone, Verdict};
+use picket_dsp::tone::Tone;
 use picket_wire::boot::{Boot, Name, Origin};
 use picket_wire::burst::Burst;
 use picket_wire::capture::EncodingError;
@@ -379,8 +378,6 @@ where
             health: health(&port.counters(), &self.zero),
             basis: Some(basis),
         };
-        let samples = chirps * N * if settings.iq { 2 } else { 1 };
-        let clips = clipped as f32 > CLIPPED * samples as f32;
         let mut sent = port.send(&frame.to_frame());
         for (place, found) in targets.iter().enumerate() {
             let result = Outcome::Target(found.target);
@@ -392,9 +389,7 @@ where
             if let Outcome::Target(target) = measurement.result {
                 found.target = target;
             }
-            if clips {
-                found.target.verdict = found.target.verdict.max(Verdict::Clipped);
-            }
+            found.beside_rails(clipped, chirps * N);
             let told = Found { frame: number, place: place as u8, found };
             sent &= port.send(&told.to_frame());
         }

@@ -3,6 +3,7 @@
 use crate::native::{Native, samples_of};
 use crate::views::{self, Row};
 use picket_dsp::acquire::kind::ForRecord;
+use picket_dsp::acquire::sample::{Data, Statistics};
 use picket_dsp::frame::{Cells, Frame, FrameConfig, FramePlan};
 use picket_dsp::num_complex::Complex;
 use picket_dsp::solve::phase_range::{Calibration, PhaseRanging};
@@ -112,36 +113,39 @@ impl ForRecord for Frames<'_> {
         let ranging = ranging.transpose()?;
         let found = Found { alias_mps: plan.alias_mps(), bins: plan.bins(), ..Found::default() };
         let parts = if R::IQ { 2 } else { 1 };
-        let of_frame = |number: usize, act: &mut dyn FnMut(&Frame<'_>)| {
+        let of_frame = |number: usize, act: &mut dyn FnMut(&Frame<'_>, u32)| {
             let mut cells = vec![[0i32; 2]; plan.cells()];
             let Some(mut frame) = Frame::new(plan, Cells::Wide(&mut cells)) else { return };
             let mut spectrum = Box::new(Spectrum::<R, N, I32>::new());
             let mut samples = Box::new([R::Sample::default(); N]);
             let frame_words = plan.chirps() * N * parts;
             let words = words.get(number * frame_words..).unwrap_or_default();
+            let mut clipped = 0;
             for words in words.chunks_exact(N * parts).take(plan.chirps()) {
                 for (place, sample) in samples.iter_mut().zip(samples_of::<R>(words)) {
                     *place = sample;
                 }
+                clipped += Statistics::clipped(Data::of::<R>(&samples[..]), native.config.codes);
                 spectrum.transform(&samples, native.config.codes);
                 frame.push(&spectrum.view());
             }
-            act(&frame);
+            act(&frame, clipped);
         };
         match wanted {
             Wanted::Plan => Ok(found),
             Wanted::Background => {
                 let mut found =
                     Found { background: vec![Complex::default(); plan.bins()], ..found };
-                of_frame(0, &mut |frame| found.share = frame.background(&mut found.background));
+                of_frame(0, &mut |frame, _| found.share = frame.background(&mut found.background));
                 Ok(found)
             }
             Wanted::Targets(background) => {
                 let count = words.len() / (plan.chirps() * N * parts);
                 let rows = |number: usize| {
                     let mut rows = Vec::new();
-                    of_frame(number, &mut |frame| {
-                        for seen in &frame.targets_beside(background) {
+                    of_frame(number, &mut |frame, clipped| {
+                        for seen in &mut frame.targets_beside(background) {
+                            seen.beside_rails(clipped, plan.chirps() * N);
                             rows.push(row(number, seen, framing, ranging.as_ref()));
                         }
                     });

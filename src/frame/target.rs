@@ -18,7 +18,7 @@ use crate::tone::judge::judge;
 use crate::tone::line_class::{FitTest, LineClass};
 use crate::tone::noise::ring;
 use crate::tone::phasor::ToneWithPhase;
-use crate::tone::sigma::sigma_bins;
+use crate::tone::sigma::{CLIPPED, sigma_bins};
 use crate::tone::verdict::Reasons;
 use crate::tone::{Tone, Verdict};
 use fixed::types::I32F32;
@@ -42,6 +42,16 @@ pub struct FrameTarget {
     pub line: ToneWithPhase,
     /// The natural logarithm of the probability that noise alone shows such a target anywhere in the map.
     pub ln_chance: f32,
+}
+
+impl FrameTarget {
+    /// Makes the target [`Verdict::Clipped`] where more than a share of [`CLIPPED`] of a frame's `samples` touches a rail: the harmonics of a
+    /// clipped echo look like targets. I and Q count as one sample.
+    pub fn beside_rails(&mut self, clipped: u32, samples: usize) {
+        if clipped as f32 > CLIPPED * samples as f32 {
+            self.target.verdict = self.target.verdict.max(Verdict::Clipped);
+        }
+    }
 }
 
 /// From these odds on the target's own movement during the frame decides an alias.

@@ -9,7 +9,7 @@ use crate::recording::Recording;
 use crate::simulate::Kind;
 use crate::with_record;
 use picket_dsp::Chirp;
-use picket_dsp::acquire::sample::Segment;
+use picket_dsp::acquire::sample::{Data, Segment, Statistics};
 use picket_dsp::frame::{Cells, Frame, FrameTarget};
 use picket_dsp::solve::phase_range::PhaseRange;
 use picket_dsp::solve::uncertainty::Budget;
@@ -74,7 +74,7 @@ fn frames<R: Kind, const N: usize>(
     let mut blocks = recording.blocks(N, ramps.hop, cut.skip + ramps.skip as u64);
     let mut tally = Tally::default();
     let (mut number, mut gaps, chirps) = (0u64, 0u64, layout.chirps as u64);
-    let (mut beyond, mut quiet, mut missing) = (false, true, false);
+    let (mut beyond, mut quiet, mut missing, mut clipped) = (false, true, false, 0);
     while let Some((_, samples)) = blocks.next_block().map_err(super::text)? {
         let place = number % layout.together;
         let chirp = number - place % chirps;
@@ -84,14 +84,16 @@ fn frames<R: Kind, const N: usize>(
         }
         if place % chirps == 0 {
             frame.clear();
-            (beyond, quiet, missing) = (false, true, false);
+            (beyond, quiet, missing, clipped) = (false, true, false, 0);
         }
         let unfit = Unfit::of(samples, cut.codes);
         let values: Vec<Complex<f64>> = samples.iter().map(|sample| sample.value).collect();
         (beyond, quiet) =
             (beyond | (unfit == Some(Unfit::Beyond)), quiet & (unfit == Some(Unfit::Quiet)));
         missing |= blocks.missing() > 0;
-        spectrum.transform(&record::<R, N>(&values), cut.codes);
+        let samples = record::<R, N>(&values);
+        clipped += Statistics::clipped(Data::of::<R>(&samples), cut.codes);
+        spectrum.transform(&samples, cut.codes);
         if !frame.push(&spectrum.view()) {
             continue;
         }
@@ -102,7 +104,8 @@ fn frames<R: Kind, const N: usize>(
         if missing || unfit.is_some() {
             continue;
         }
-        for found in &frame.targets() {
+        for found in &mut frame.targets() {
+            found.beside_rails(clipped, layout.chirps * N);
             let uncertainty = told.uncertainty.as_ref();
             let budget = |known: &picket_dsp::solve::uncertainty::Uncertainty| {
                 known.of_target(&found.target, 0.0)
