@@ -385,7 +385,7 @@ fn arrays_of_chirps() {
     {
         let path = file(name, text.as_bytes());
         assert!(look(&path, &[]).contains("microseconds"), "{name}");
-        let (errors, verdicts) = measured(&path, &["--n", "1024"], 60.37 / 1000.0);
+        let (errors, verdicts) = measured(&path, &["--n", "1024"], 60.37);
         assert!(verdicts.len() == 3 && errors.len() == 3, "{name}: {verdicts:?}");
         assert!(errors.iter().all(|error| *error < 5.0), "{name}: {errors:?}");
     }
