@@ -116,8 +116,10 @@ impl Board {
         row.faults = record.health.faults.into();
         if let Some(total) = record.uncertainty {
             row.uncertainty_hz = f64::from(total.frequency) * rate_hz;
-            row.uncertainty_range_m = total.range.into();
-            row.uncertainty_velocity_mps = total.velocity.into();
+            // What the answer does not have is absent here, too.
+            let beside = |value: f64, error: f32| if value.is_nan() { value } else { error.into() };
+            row.uncertainty_range_m = beside(row.range_m, total.range);
+            row.uncertainty_velocity_mps = beside(row.velocity_mps, total.velocity);
         }
         row
     }

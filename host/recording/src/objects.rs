@@ -48,6 +48,8 @@ pub(super) fn open(
             Ok(value) => {
                 gather("", &value, DEEP, &mut all);
                 match value {
+                    // Beside a list there is no table.
+                    _ if all.iter().any(|series| series.numbers.len() > 1) => {}
                     Value::Array(list) => rows.extend(list.into_iter().filter(Value::is_object)),
                     value => rows.push(value),
                 }
