@@ -344,10 +344,16 @@ where
         }
     }
 
+    /// By what blocks are measured.
+    fn basis(&self) -> Basis {
+        let effort = self.plan.plan.options.effort.available().rounds();
+        Basis { settings: self.boot.settings, clock: self.boot.clock, effort }
+    }
+
     /// Reports a frame and its targets.
     #[inline(never)] // its room on the stack is not beside a search's
     fn report_frame(&mut self, port: &mut P) {
-        let Plan { settings, plan, .. } = &self.plan;
+        let settings = &self.plan.settings;
         let Ok(Some(frames)) = frames(settings, N) else { return };
         let Some((framed, targets)) = self.meters.framed::<N>() else { return };
         // All of it, or nothing.
@@ -358,8 +364,6 @@ where
         let Framed { number, first, passed, clipped } = framed;
         let chirps = frames.chirps();
         let rate_hz = settings.config.rate_hz;
-        let effort = plan.options.effort.available().rounds();
-        let basis = Basis { settings: self.boot.settings, clock: self.boot.clock, effort };
         let period_s = match (settings.mode, settings.config.scene) {
             (Mode::Frames { period_s: Some(period_s), .. }, _) => period_s,
             (_, Scene::Chirp(chirp)) => chirp.duration_s,
@@ -376,7 +380,7 @@ where
             rate_hz,
             period_s,
             health: health(&port.counters(), &self.zero),
-            basis: Some(basis),
+            basis: Some(self.basis()),
         };
         let mut sent = port.send(&frame.to_frame());
         for (place, found) in targets.iter().enumerate() {
@@ -451,9 +455,7 @@ where
             self.dropped = self.dropped.wrapping_add(1);
             return;
         }
-        let (settings, clock) = (self.boot.settings, self.boot.clock);
-        let effort = self.plan.plan.options.effort.available().rounds();
-        let basis = Some(Basis { settings, clock, effort });
+        let basis = Some(self.basis());
         let uncertainty = self.plan.total(&measurement);
         self.send(port, &Telemetry { measurement, method, health, basis, uncertainty }.to_frame());
         if let Some(sum) = sum {
