@@ -182,6 +182,7 @@ pub mod accumulate;
 pub mod acquire;
 pub mod burst;
 pub mod carrier;
+mod chance;
 pub mod config;
 mod error;
 pub mod frame;

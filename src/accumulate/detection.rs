@@ -1,19 +1,10 @@
 //! The place of the strongest line in a sum, and the probability that noise alone looks like it.
 //!
-//! The power of the line that fits best at a frequency is, in noise of power P, a sum of M exponential numbers of mean P. Nine bins and
-//! their products up to lag 3 capture all of a centred line's power, and 97 % of that of a line half a bin off; a single bin captures 41 %.
-//! Over all frequencies the power over P is a chi-squared process, and its crossings of a level x are as frequent as
-//! Rice's formula says (Lindgren 2012, *Stationary Stochastic Processes*, chapter 8): for each bin
-//!
-//! ```text
-//! sqrt(pi / 3) x^(M - 1/2) exp(-x) / (M - 1)!
-//! ```
-//!
-//! because the variance of the time within a record is a twelfth of its square. P comes from bins beside the line, so it scatters
-//! as a mean of `a` exponential numbers does; averaged over it, `x^(M - 1/2) exp(-x)` becomes
-//! `x^(M - 1/2) a^a gamma(a + M - 1/2) / (gamma(a) (a + x)^(a + M - 1/2))`.
+//! Nine bins and their products up to lag 3 capture all of a centred line's power, and 97 % of that of a line half a bin off; a single bin
+//! captures 41 %. The [chance](crate::chance) of such evidence in noise decides.
 
 use super::sums::{Sums, bins};
+use crate::chance::ln_of_sum;
 use crate::spectrum::layout::Layout;
 use crate::spectrum::peak::Band;
 use crate::tone::noise::quietest::quietest;
@@ -107,22 +98,9 @@ impl Peak {
         best
     }
 
-    /// The natural logarithm of the probability that noise reaches this evidence somewhere in `width` bins; 0 where that is not improbable.
+    /// The natural logarithm of the probability that noise reaches this evidence somewhere in `width` bins.
     pub fn ln_chance(&self, blocks: u32, width: u32) -> f32 {
-        let (m, x) = (f64::from(blocks), f64::from(self.evidence));
-        if x <= m {
-            return 0.0;
-        }
-        let a = f64::from(self.cells) * m;
-        let ln = 0.5 * libm::log(core::f64::consts::FRAC_PI_3)
-            + libm::log(f64::from(width.max(1)))
-            + (m - 0.5) * libm::log(x)
-            - libm::lgamma(m)
-            + a * libm::log(a)
-            - libm::lgamma(a)
-            + libm::lgamma(a + m - 0.5)
-            - (a + m - 0.5) * libm::log(a + x);
-        ln.min(0.0) as f32
+        ln_of_sum(self.evidence, blocks, width, self.cells)
     }
 }
 

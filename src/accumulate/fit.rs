@@ -4,12 +4,14 @@ use super::detection::Peak;
 use super::sums::{LAGS, Sums};
 use crate::math::scalar::Scalar as _;
 use crate::math::series::sinc;
+use crate::tone::fit::descent::Descent;
+use crate::tone::fit::normal::Products;
 
 /// Bins on each side of the line.
 const SIDE: i32 = 4;
 const BINS: usize = 2 * SIDE as usize + 1;
 /// The most steps of the fit; it ends when a step is small compared with sigma.
-const STEPS: usize = 8;
+const STEPS: u32 = 8;
 /// The mean square of the residuals over its expectation in noise, above which the line is not one steady line. A steady line exceeds it in
 /// fewer than one of a hundred sums (host-tests, `accumulate`).
 const WIDE: f32 = 3.0;
@@ -104,7 +106,7 @@ pub(super) fn evidence(data: &Entries, blocks: u32, n: usize, offset: f32) -> f3
 
 /// Fits `C = S g g' + 1` by least squares, S and the frequency unknown, all in units of the noise.
 ///
-/// At each step the residual is projected on `H`, the change of `g g'` with the frequency less its part along `g g'`. With M blocks
+/// `g g'` is the one column of the normal equations. H is its change with the frequency less its part along `g g'`. With M blocks
 /// of noise of power 1
 ///
 /// ```text
@@ -116,9 +118,15 @@ pub(super) fn evidence(data: &Entries, blocks: u32, n: usize, offset: f32) -> f3
 pub(super) fn fit(sums: &Sums, place: &Peak) -> Option<Fit> {
     let (n, blocks) = (sums.layout.n, sums.scale.blocks.max(1) as f32);
     let data = data(sums, place);
-    let mut offset = place.offset;
-    let mut fitted = None;
-    for _ in 0..STEPS {
+    let descent = Descent {
+        start: place.offset,
+        steps: STEPS,
+        longest: 0.25,
+        limits: [-1.0, 1.0],
+        further: false,
+    };
+    let mut fitted: Option<Fit> = None;
+    let end = descent.to_the_end(|offset| {
         let g = shape(offset, n);
         /// Half the step of the derivative. The zero of the projection does not depend on it.
         const STEP: f32 = 1.0 / 64.0;
@@ -127,23 +135,20 @@ pub(super) fn fit(sums: &Sums, place: &Peak) -> Option<Fit> {
         let slope = |i: usize| (at(&above, i) - at(&below, i)) / (2.0 * STEP);
         let line = entries(|i, lag| at(&g, i) * at(&g, i + lag));
         let change = entries(|i, lag| slope(i) * at(&g, i + lag) + at(&g, i) * slope(i + lag));
-        let along = inner(&line, &change) / inner(&line, &line);
-        let across = entries(|i, lag| {
-            let of = |matrix: &Entries| {
-                matrix.get(i).and_then(|row| row.get(lag)).copied().unwrap_or(0.0)
-            };
-            of(&change) - along * of(&line)
-        });
-        let total = inner(&data, &line) / inner(&line, &line);
-        let gain = total * inner(&across, &change);
+        let (own, lean) = (inner(&line, &line), inner(&line, &change));
+        let [r, q] = [&line, &change].map(|column| inner(&data, column));
+        let step = Products::real(own, lean, inner(&change, &change), r, q).step();
+        let total = step.line.re;
+        let gain = step.information / total;
         // A line of no power has no frequency.
         if gain.is_nan() || gain <= 0.0 {
-            break;
+            return (0.0, f32::INFINITY, ());
         }
-        let power = total / blocks;
+        let (power, along) = (total / blocks, lean / own);
         let mut applied = [0.0f32; BINS];
-        for (row, lags) in across.iter().enumerate() {
-            for (lag, &value) in lags.iter().enumerate() {
+        for (row, (line, change)) in line.iter().zip(&change).enumerate() {
+            for (lag, (&line, &change)) in line.iter().zip(change).enumerate() {
+                let value = change - along * line;
                 let mut give = |to: usize, from: usize| {
                     if let Some(sum) = applied.get_mut(to) {
                         *sum += value * at(&g, from);
@@ -156,17 +161,14 @@ pub(super) fn fit(sums: &Sums, place: &Peak) -> Option<Fit> {
             }
         }
         let moved = applied.iter().map(|x| x * x).sum::<f32>();
-        let scatter = blocks * inner(&across, &across) + 2.0 * blocks * power * moved;
-        let variance = scatter / (gain * gain);
-        let step = inner(&data, &across) / gain;
-        offset = (offset + step.clamp(-0.25, 0.25)).clamp(-1.0, 1.0);
+        let scatter = blocks * (gain / total) + 2.0 * blocks * power * moved;
         let misfit = misfit(&data, &g, total, blocks);
+        let variance = scatter / (gain * gain);
         fitted =
             Some(Fit { offset, variance: variance * misfit.max(1.0), power, wide: misfit > WIDE });
-        if step * step < 1e-4 * variance {
-            break;
-        }
-    }
+        (step.forward(1.0), 1e-2 * variance.root(), ())
+    });
+    let fitted = fitted.map(|fit| Fit { offset: end.at, ..fit });
     fitted.filter(|fit| fit.offset.is_finite() && fit.variance.is_finite())
 }
 

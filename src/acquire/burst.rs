@@ -6,6 +6,7 @@
 
 use super::codes::Codes;
 use super::sample::Record;
+use crate::chance::ratio;
 use crate::math::scalar::Scalar as _;
 
 /// Cells in a record.
@@ -167,20 +168,15 @@ impl<R: Record, const N: usize> BurstDetector<R, N> {
     /// Takes samples of these codes from the next on, and another trigger. The noise estimate stays.
     pub fn set_plan(&mut self, codes: Codes, trigger: Trigger) {
         let degrees = (WINDOW * Self::LENGTH * if R::IQ { 2 } else { 1 }) as f32;
-        // Wilson and Hilferty's cube root of a mean of squares, at this number of standard deviations.
-        let quantile = |deviations: f32| {
-            let spread = 2.0 / (9.0 * degrees);
-            let root = 1.0 - spread + deviations * spread.root();
-            root * root * root
-        };
+        let quantile = |deviations: f32| ratio(deviations, degrees, f32::INFINITY);
         // 3.4 deviations are exceeded in one of 3,000; .674 below the mean is the quartile.
         let usual = quantile(3.4) / quantile(-0.674);
-        let ratio = trigger
+        let least = trigger
             .ratio
             .filter(|ratio| ratio.is_finite())
             .map_or(usual, |r| r.max(Trigger::LEAST_RATIO));
         // The cast saturates.
-        (self.codes, self.trigger, self.ratio) = (codes, trigger, (256.0 * ratio.min(1e6)) as u32);
+        (self.codes, self.trigger, self.ratio) = (codes, trigger, (256.0 * least.min(1e6)) as u32);
     }
 
     /// The number of the next sample.

@@ -17,6 +17,7 @@ use super::{Burst, Validation};
 use crate::acquire::burst::Cut;
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Data, Record, Statistics};
+use crate::chance::over_mean;
 use crate::frequency::Frequency;
 use crate::math::scalar::Scalar as _;
 use crate::plan::Terms;
@@ -25,9 +26,11 @@ use crate::spectrum::engine::Engine;
 use crate::spectrum::layout::Layout;
 use crate::spectrum::peak::Band;
 use crate::spectrum::view::View;
+use crate::tone::fit::descent::Descent;
+use crate::tone::fit::normal::Products;
 use crate::tone::sigma::CLIPPED;
 use crate::tone::{Reasons, Tone, Verdict};
-use core::f32::consts::PI;
+use core::f32::consts::{PI, TAU};
 use num_complex::Complex;
 
 /// How often the envelope is estimated: each time, the search is weighted with the envelope before.
@@ -290,7 +293,7 @@ fn strongest(view: &View, band: Band, envelope: &Envelope) -> Option<Strongest> 
     let ratio = power as f32 * others / left.max(1.0);
     // Of the bins, the share of the record that the weight has is independent: the root of pi times its deviation.
     let dof = (others * (1.772 * envelope.deviation).min(1.0)).max(4.0);
-    let limit = dof * (libm::expf((bins as f32 / FALSE_ALARM).log_e() / dof) - 1.0);
+    let limit = over_mean((bins as f32 / FALSE_ALARM).log_e(), dof);
     Some((peak, ratio, limit))
 }
 
@@ -311,39 +314,40 @@ struct EnvelopedTone {
 impl EnvelopedTone {
     /// The frequency at which the sum of the points, weighted with the envelope, is largest: maximum likelihood in white noise.
     fn fitted(points: &[Complex<f32>; POINTS], envelope: &Envelope) -> Option<Self> {
-        const STEPS: usize = 8;
+        const STEPS: u32 = 8;
+        /// The move after which the place is as exact as a float.
+        const ENOUGH: f32 = 1e-6;
         let zero = Complex::new(0.0f32, 0.0);
         let level: [f32; POINTS] =
             core::array::from_fn(|index| if used(index) { envelope.at(place(index)) } else { 0.0 });
         let time = |index: usize| place(index) - envelope.middle;
-        let mut offset = 0.0f32;
-        let mut sum = zero;
-        for _ in 0..STEPS {
-            let mut moments = [zero; 3];
+        let mut moments = [0.0f32; 3];
+        for (index, e) in level.iter().enumerate() {
+            let t = time(index);
+            for (moment, power) in moments.iter_mut().zip([1.0, t, t * t]) {
+                *moment += e * e * power;
+            }
+        }
+        let [power, first, second] = moments;
+        let descent =
+            Descent { start: 0.0, steps: STEPS, longest: 0.7, limits: [-8.0, 8.0], further: false };
+        // The column is the envelope turned by the frequency; its derivative is that times j 2 pi t.
+        let end = descent.to_the_end(|offset| {
+            let (mut sum, mut timed) = (zero, zero);
             for (index, (&z, &e)) in points.iter().zip(&level).enumerate() {
                 if e > 0.0 {
                     let t = time(index);
                     let term = z * e * f32::unit(-offset * t);
-                    moments[0] += term;
-                    moments[1] += term * t;
-                    moments[2] += term * (t * t);
+                    sum += term;
+                    timed += term * t;
                 }
             }
-            let [s0, s1, s2] = moments;
-            sum = s0;
-            // The slope and the curvature of |s0|^2 over 4 pi.
-            let slope = (s0.conj() * s1).im;
-            let bend = 2.0 * PI * (s1.norm_sqr() - (s0.conj() * s2).re);
-            if bend >= 0.0 {
-                return None;
-            }
-            let step = (-slope / bend).clamp(-0.7, 0.7);
-            offset = (offset + step).clamp(-8.0, 8.0);
-            if step.abs() < 1e-6 {
-                break;
-            }
-        }
-        let power: f32 = level.iter().map(|e| e * e).sum();
+            let turned = Complex::new(0.0, -TAU * first);
+            let along = Complex::new(timed.im, -timed.re) * TAU;
+            let step = Products::complex(power, turned, TAU * TAU * second, sum, along).step();
+            (step.forward(1.0), ENOUGH, sum)
+        });
+        let (offset, sum) = (end.at, end.last);
         let size = sum.norm_sqr().root();
         if !(size > 0.0 && power > 0.0) {
             return None;

@@ -2,13 +2,13 @@
 //! that a program can do other things between them.
 
 use super::Frame;
-use super::chance::ln_chance;
 use super::echo::Echo;
 use super::fit::Fitted;
 use super::map::{Map, TARGETS};
 use super::noise;
 use super::search::{HIDDEN, Strongest};
 use super::target::{FrameTarget, apart};
+use crate::chance::ln_of_map;
 use crate::list::{insert, remove};
 use crate::math::scalar::Scalar as _;
 use crate::tone::Verdict;
@@ -179,7 +179,7 @@ impl Hunt<'_> {
     fn is_likely(&self, place: &Strongest) -> bool {
         let plan = self.map.plan;
         // The search loses 2 dB at the most.
-        let chance = ln_chance(1.7 * place.ratio, self.map.tried(), plan.chirps as f32, 1e6);
+        let chance = ln_of_map(1.7 * place.ratio, self.map.tried(), plan.chirps as f32, 1e6);
         chance <= plan.false_alarm.log_e()
     }
 
@@ -286,7 +286,7 @@ impl Hunt<'_> {
         let Some(beside) = noise::beside(&self.map, &echo) else { return false };
         let Some(fitted) = self.fit(index, false) else { return false };
         let ratio = fitted.echo.amplitude.norm_sqr() * fitted.energy / beside.power;
-        ln_chance(ratio, tried, rows, beside.cells) <= least
+        ln_of_map(ratio, tried, rows, beside.cells) <= least
     }
 
     /// The target of an echo, if it is one.

@@ -57,7 +57,7 @@
 //! 3. The target is fitted by the library's own fit of a tone, over the samples and over the chirps in turn (`fit`), and taken from the
 //!    cells. The search goes on in the rest, and all targets are fitted again together, up to [`TARGETS`].
 //! 4. The noise is that of the cells around a target, in both directions (`noise`); a target counts if noise alone exceeds it in no more
-//!    frames than the setting allows (`chance`).
+//!    frames than the setting allows.
 //! 5. Range and velocity follow with their covariance:
 //!
 //! ```text
@@ -82,7 +82,6 @@
 //! Sources: Stove 1992 (doi:10.1049/ip-f-2.1992.0048) for the map; the two fits, their sigmas and the chances are this project's own.
 
 mod cells;
-mod chance;
 mod echo;
 mod fit;
 mod hunt;

@@ -1,11 +1,11 @@
 //! From an echo to a target.
 
-use super::chance::ln_chance;
 use super::echo::Echo;
 use super::fit::Fitted;
 use super::map::Map;
 use super::noise::Beside;
 use super::plan::{MOST_ALIASES, ON_BOUND};
+use crate::chance::ln_of_map;
 use crate::frequency::Frequency;
 use crate::list::insert;
 use crate::math::fixed_point::{in_steps, to_f32};
@@ -16,7 +16,8 @@ use crate::solve::chirp::Target;
 use crate::solve::waveform::metres;
 use crate::tone::judge::judge;
 use crate::tone::line_class::{FitTest, LineClass};
-use crate::tone::noise::ring;
+use crate::tone::noise::Noise;
+use crate::tone::noise::ring::LocalNoise;
 use crate::tone::phasor::ToneWithPhase;
 use crate::tone::sigma::{CLIPPED, sigma_bins};
 use crate::tone::verdict::Reasons;
@@ -122,7 +123,7 @@ impl Map<'_> {
         let beat_noise = beside.power / (n * chirps);
         let turn_noise = beside.power * chirps / fitted.energy;
         let class = |fit, length: usize, noise| {
-            let beside = ring::from_power(noise, 2.0 * beside.cells);
+            let beside = LocalNoise::from_noise(Noise { power: noise, dof: 2.0 * beside.cells });
             judge(fit, length, i32::MAX, &beside, false, ())
         };
         let FitTest { line: first, variance_inflation: wider } =
@@ -137,7 +138,7 @@ impl Map<'_> {
         let coupling = plan.range.float / plan.shift.float;
         let across = coupling * sigma_velocity;
         let sigma_range = libm::hypotf(sigma_beat * plan.range.float, across);
-        let ln_chance = ln_chance(ratio, self.tried(), chirps, beside.cells);
+        let ln_chance = ln_of_map(ratio, self.tried(), chirps, beside.cells);
         let mut reasons = Reasons::NONE;
         match first.max(second) {
             LineClass::Steady => {}

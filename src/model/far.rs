@@ -1,7 +1,6 @@
 //! Lines beyond the tone's own bins: peaks of the residual, and pairs of sidebands.
 
 use super::belief::Belief;
-use super::chance;
 use super::columns::{Line, line, slow};
 use super::constants::{LENGTHS, NEAR, PEAK, PEAKS, WIDTH};
 use super::elimination::Taken;
@@ -11,6 +10,7 @@ use super::logarithm::{Product, ln};
 use super::shape::{Shape, ZERO};
 use super::size::{Direction, Effect, Ground, Weighed};
 use super::window::Window;
+use crate::chance;
 use crate::math::scalar::larger;
 use core::f32::consts::PI;
 use num_complex::Complex;

@@ -3,7 +3,6 @@
 //! Lines have columns in the bins, and are eliminated; the envelope is fitted to the nine numbers that remain. Both steps are repeated while
 //! lines move, or while the mirror image, which is subtracted from the bins, changes by more than noise.
 
-use super::chance;
 use super::columns::{Envelopes, envelopes, image, images};
 use super::constants::{CHANCE, LINES, NEAR, ODD, P, PEAK, WIDTH};
 use super::elimination::{Elimination, Sizes, products};
@@ -11,6 +10,7 @@ use super::envelope::{Envelope, Near, Room};
 use super::far::Reach;
 use super::shape::{NOTHING, Orders, Shape, ZERO, along, energy, inner};
 use super::window::Window;
+use crate::chance;
 use crate::math::scalar::larger;
 use crate::tone::within;
 use core::f32::consts::PI;

@@ -12,7 +12,6 @@
 pub mod belief;
 mod bessel;
 pub mod block;
-mod chance;
 mod changes;
 mod columns;
 pub mod constants;

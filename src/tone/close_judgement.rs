@@ -8,6 +8,7 @@ use super::line_class::{FitTest, LineClass, SUSPICIOUS};
 use super::noise::ring::LocalNoise;
 use super::observer::Tap;
 use super::statistic::{Statistic, Test};
+use crate::chance::ratio;
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::engine::RESIDUE;
 
@@ -219,50 +220,12 @@ struct Tail {
 }
 
 impl Tail {
-    /// [`Tail::exceeds`], reported to an observer.
+    /// Whether a power in this many degrees of freedom is improbable, reported to an observer. The mean, which is below any limit, ends most
+    /// tests.
     #[inline]
     fn is_exceeded(&self, statistic: Statistic, power: f32, free: f32, observer: impl Tap) -> bool {
-        observer.hear(|| Test { statistic, value: power, limit: self.limit(free) });
-        self.exceeds(power, free)
-    }
-
-    /// Whether a power in this many degrees of freedom is improbable. The mean, which is below any limit, ends most tests.
-    #[inline]
-    fn exceeds(&self, power: f32, free: f32) -> bool {
-        power > free && power > self.limit(free)
-    }
-
-    /// The power in this many degrees of freedom above which it is improbable. The ratio of two noise estimates follows Fisher's
-    /// distribution; its cube root is nearly normal (Wilson and Hilferty 1931).
-    #[inline(never)]
-    fn limit(&self, free: f32) -> f32 {
-        let (a, b) = (2.0 / (9.0 * free), 2.0 / (9.0 * self.noise));
-        let (mean, other, square) = (1.0 - a, 1.0 - b, self.deviations * self.deviations);
-        let below = other * other - square * b;
-        let inside = a * other * other + b * mean * mean - a * b * square;
-        let root = (mean * other + self.deviations * inside.root()) / below;
-        if below > 0.0 { free * root * root * root } else { f32::INFINITY }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Quantiles of Fisher's distribution for the probabilities 2.5e-7 and 5e-4.
-    #[test]
-    fn tails_are_fishers() {
-        for (deviations, noise, free, exact) in [
-            (FIRES, 52.0, 5.0, 11.145),
-            (FIRES, 52.0, 7.0, 9.168),
-            (FIRES, 52.0, 15.0, 6.329),
-            (FIRES, 52.0, 63.0, 4.138),
-            (FIRES, 30.0, 15.0, 8.924),
-            (CLEAN, 52.0, 31.0, 2.803),
-        ] {
-            let tail = Tail { deviations, noise };
-            let limit = tail.limit(free) / free;
-            assert!((0.99 * exact..1.06 * exact).contains(&limit), "{noise} {free}: {limit}");
-        }
+        let limit = || free * ratio(self.deviations, free, self.noise);
+        observer.hear(|| Test { statistic, value: power, limit: limit() });
+        power > free && power > limit()
     }
 }

@@ -2,6 +2,7 @@
 
 use super::fit::Fit;
 use super::noise::Noise;
+use crate::chance::ratio;
 use crate::math::scalar::Scalar;
 use crate::spectrum::engine::RESIDUE;
 
@@ -18,8 +19,7 @@ pub(super) fn expected<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
 /// The ratio of the residual to the noise power in a record of `n` samples, if less than one record in 10^6 reaches this ratio by chance;
 /// otherwise 1. Above 1 the line is not a single tone: another is near, or its frequency moves.
 ///
-/// The ratio of two noise estimates follows Fisher's distribution; its cube root is nearly normal
-/// (Wilson and Hilferty 1931). The integer FFT itself leaves a share of the line.
+/// The integer FFT itself leaves a share of the line.
 pub fn excess_over<T: Scalar>(fit: &Fit<T>, n: usize, noise: Noise) -> T {
     let expected = T::new(noise.power.into()) * expected(fit, n);
     // No fit has enough degrees of freedom to make twice the noise improbable.
@@ -27,16 +27,13 @@ pub fn excess_over<T: Scalar>(fit: &Fit<T>, n: usize, noise: Noise) -> T {
         return T::one();
     }
     let rest = fit.residual - T::new(RESIDUE) * fit.line.norm_sqr();
-    let ratio = rest / expected;
-    if ratio > T::new(excess_limit(fit.dof, noise).into()) { ratio } else { T::one() }
+    let excess = rest / expected;
+    if excess > T::new(excess_limit(fit.dof, noise).into()) { excess } else { T::one() }
 }
 
 /// The ratio of a residual with these degrees of freedom to the noise power, exceeded by chance in one record of 10^6.
 pub fn excess_limit(dof: u32, noise: Noise) -> f32 {
-    /// A normal distribution exceeds this limit once in 3.5 million times; the cube root, whose tail is a little heavier, once in 10^6.
-    const DEVIATIONS: f32 = 5.0;
-    let dof = dof.max(1) as f32;
-    let deviation = (2.0 / 9.0 * (1.0 / dof + 1.0 / noise.dof)).root();
-    let root = 1.0 + DEVIATIONS * deviation;
-    root * root * root
+    /// A normal number exceeds this many deviations with this probability.
+    const DEVIATIONS: f32 = 4.753;
+    ratio(DEVIATIONS, dof.max(1) as f32, noise.dof)
 }

@@ -10,6 +10,7 @@
 //! This is the threshold of a detector with a constant false-alarm rate by cell averaging (Finn and Johnson 1968). A noise estimate of F
 //! degrees of freedom counts as `m = F / 2` bins. Where several tests must pass together, each may be relaxed ([`Relaxation`]).
 
+use crate::chance::over_mean;
 use crate::spectrum::peak::{Peak, SKIRT};
 use core::f32::consts::LN_2;
 
@@ -116,8 +117,7 @@ impl Threshold {
         if floor_bins == 0 {
             return f32::INFINITY;
         }
-        let m = floor_bins as f32;
-        m * exp_m1(self.floor / m)
+        over_mean(self.floor, floor_bins as f32)
     }
 
     /// True if a peak with this ratio to the noise near it is a tone by far, so that no
@@ -145,8 +145,7 @@ impl Threshold {
     /// The limit of [`Threshold::detects_beside`].
     #[inline(always)]
     pub fn beside(&self, dof: f32, less: Relaxation) -> f32 {
-        let m = dof * 0.5;
-        m * exp_m1((self.log - less.0 as f32 * LN_2).max(0.0) / m)
+        over_mean((self.log - less.0 as f32 * LN_2).max(0.0), 0.5 * dof)
     }
 
     /// Whether a band has enough bins away from its peak to separate noise from tones.
@@ -188,21 +187,6 @@ impl Threshold {
     }
 }
 
-/// `exp(x) - 1` for x >= 0: by the series up to 1/8, by squaring above.
-fn exp_m1(x: f32) -> f32 {
-    let (mut small, mut squarings) = (x.min(100.0), 0);
-    while small > 0.125 {
-        small *= 0.5;
-        squarings += 1;
-    }
-    let series = 1.0 + small * (0.25 + small * (1.0 / 20.0));
-    let mut y = small * (1.0 + small * (0.5 + small * (1.0 / 6.0) * series));
-    for _ in 0..squarings {
-        y *= y + 2.0;
-    }
-    y
-}
-
 /// The natural logarithm of a positive, normal number, within 1e-9. It can run at compile time.
 const fn log(x: f64) -> f64 {
     // x = 2^power m with m within 1..2; ln m = 2 artanh((m - 1)/(m + 1)), whose argument is below 1/3.
@@ -219,15 +203,6 @@ const fn log(x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    #[test]
-    fn exponentials() {
-        for x in [0.0, 1e-4, 0.02, 0.124, 0.126, 0.5, 1.0, 3.0, 20.0, 80.0] {
-            let ratio = super::exp_m1(x) / libm::expm1f(x);
-            assert!(x == 0.0 || (ratio - 1.0).abs() < 2e-5, "{x}: {ratio}");
-        }
-        assert_eq!(super::exp_m1(f32::INFINITY), f32::INFINITY);
-    }
-
     #[test]
     fn logarithms() {
         for x in [1e-30, 0.4, 1.0, 1.999, 2.0, 3.5, 511e6, 4096e30] {

@@ -19,7 +19,10 @@
 //!
 //! This fit is this project's own.
 
+use super::fit::descent::Descent;
+use super::fit::normal::{Products, Step};
 use super::noise::ROUNDING;
+use crate::math::scalar::Scalar as _;
 use crate::math::series::{circle, cosine, line_shape, sinc};
 use crate::spectrum::fft::twiddle::sin_cos;
 use crate::spectrum::layout::Layout;
@@ -49,7 +52,9 @@ const CELLS: usize = 2 * REACH as usize + 1;
 
 /// The most evaluations; the move, in bins, after which another always follows; and the largest share of the variance that the square of
 /// the last move may have. After a Gauss-Newton step the error is at most the square of the error before.
-const STEPS: usize = 4;
+const STEPS: u32 = 4;
+/// The farthest that the tone lies from the strongest bin, bins.
+const NEAR: f32 = 0.75;
 const SETTLED: f32 = 0.1;
 const SHARE: f32 = 0.04;
 
@@ -144,32 +149,6 @@ impl Sums {
         self.sy += s * y;
         self.yy += y * y;
     }
-
-    /// The linear parameter and the values that follow from it.
-    fn solve(&self) -> Part {
-        let inverse = 1.0 / self.pp;
-        let (more, lean) = (self.py * inverse, self.ps * inverse);
-        let height = self.height + more;
-        Part {
-            height,
-            lean: height * lean,
-            gradient: height * (self.sy - lean * self.py),
-            information: height * height * (self.ss - lean * self.ps),
-            explained: height * height * self.pp,
-            residual: self.yy - more * self.py,
-        }
-    }
-}
-
-/// The linear parameter of a part, its slope over the offset, and its share of the gradient, of
-/// the information, of the explained power and of the residual.
-struct Part {
-    height: f32,
-    lean: f32,
-    gradient: f32,
-    information: f32,
-    explained: f32,
-    residual: f32,
 }
 
 impl Place {
@@ -209,24 +188,27 @@ impl Place {
         self.read(zoom, &mut cells)?;
         let all = core::ptr::eq(cells.weights, &ALL);
         let dof = if all { 2 * CELLS - 3 } else { 2 * CELLS - 5 };
-        let mut offset = cells.start();
-        let mut image = self.image(&cells, offset);
-        let mut found = None;
-        for _ in 0..STEPS {
-            let step = cells.step(self.iq, offset, &image);
-            offset = near(offset + step.forward);
-            let moved = step.forward * step.forward;
-            let settled = moved <= SETTLED * SETTLED
-                && moved * moved * (dof as f32 * step.information) <= SHARE * step.residual;
-            found = Some(step);
-            if settled {
-                break;
-            }
+        let mut image = self.image(&cells, cells.start());
+        let descent = Descent {
+            start: cells.start(),
+            steps: STEPS,
+            longest: 2.0 * NEAR,
+            limits: [-NEAR, NEAR],
+            further: false,
+        };
+        let end = descent.to_the_end(|offset| {
             if (offset - image.from).abs() > FAR {
                 image = self.image(&cells, offset);
             }
-        }
-        let step = found?;
+            let (step, explained, residual) = cells.step(self.iq, offset, &image);
+            let forward = step.forward(1.0);
+            let left = residual - forward * forward * step.information;
+            // The error of the last place is at most the square of the last move.
+            let enough = (SHARE * left / (dof as f32 * step.information)).root().root();
+            (forward, enough.min(SETTLED), (offset, step, explained, left.max(0.0)))
+        });
+        let (offset, (before, step, explained, residual)) = (end.at, end.last);
+        let line = step.line_at(offset - before);
         let d = offset + cells.peak as f32;
         let (x, y) = (BIN * offset, core::f32::consts::PI / self.n as f32 * d);
         let v = BIN * d;
@@ -239,9 +221,9 @@ impl Place {
         Some(Found {
             offset: d,
             information: step.information * power,
-            amplitude_squared: step.line.norm_sqr() * (scale * scale * power),
-            explained: step.explained * power,
-            residual: step.residual * power,
+            amplitude_squared: line.norm_sqr() * (scale * scale * power),
+            explained: explained * power,
+            residual: residual * power,
             dof: dof as u32,
         })
     }
@@ -319,9 +301,9 @@ struct Image {
 }
 
 impl Cells {
-    /// The normal equations at an offset from the strongest bin. Shapes are scaled by sin x of
+    /// The [normal equations](super::fit::normal) at an offset from the strongest bin, the power that the tone explains, and the power that is left. Shapes are scaled by sin x of
     /// that bin, which has the shape 1.
-    fn step(&self, iq: bool, offset: f32, image: &Image) -> Step {
+    fn step(&self, iq: bool, offset: f32, image: &Image) -> (Step<f32>, f32, f32) {
         let away = if offset.abs() < NEAREST { NEAREST } else { offset };
         let x = BIN * away;
         let (sin, cos) = (x * sinc(x * x), cosine(x * x));
@@ -347,39 +329,33 @@ impl Cells {
             re.add(p + q, slope + bend, z.re);
             im.add(p - q, slope - bend, z.im);
         }
-        let (a, b) = (re.solve(), im.solve());
-        let information = a.information + b.information;
-        let forward = (a.gradient + b.gradient) / information;
-        Step {
-            forward,
-            information,
-            // Both follow the step.
-            line: Complex::new(a.height - a.lean * forward, b.height - b.lean * forward),
-            explained: a.explained + b.explained,
-            residual: (a.residual + b.residual - forward * forward * information).max(0.0),
-        }
+        let products = Products {
+            g11: re.pp,
+            g12: 0.0,
+            g22: im.pp,
+            r: [re.py, im.py],
+            b11: re.ps,
+            b12: 0.0,
+            b21: 0.0,
+            b22: im.ps,
+            d11: re.ss,
+            d12: 0.0,
+            d22: im.ss,
+            q: [re.sy, im.sy],
+        };
+        let step = products.step_beyond(Complex::new(re.height, im.height));
+        let Complex { re: a, im: b } = step.line;
+        let explained = a * a * re.pp + b * b * im.pp;
+        let residual = re.yy + im.yy - (a - re.height) * re.py - (b - im.height) * im.py;
+        (step, explained, residual)
     }
 
     /// The start: Jacobsen's ratio, which is exact for a tone without an image in long records.
     fn start(&self) -> f32 {
         let [_, _, _, _, _, below, peak, above, ..] = self.z;
         let sum = peak + peak - below - above;
-        near(((below - above) * sum.conj()).re / sum.norm_sqr())
+        ((below - above) * sum.conj()).re / sum.norm_sqr()
     }
-}
-
-/// One evaluation: the next move, and the result after it.
-struct Step {
-    forward: f32,
-    information: f32,
-    line: Complex<f32>,
-    explained: f32,
-    residual: f32,
-}
-
-/// `d` held to 0.75 bin from the peak; 0, the peak itself, if `d` is NaN.
-fn near(d: f32) -> f32 {
-    if d.is_nan() { 0.0 } else { d.clamp(-0.75, 0.75) }
 }
 
 /// The noise power per sample in a fit's residual: a rough value, with some 23 degrees of freedom.

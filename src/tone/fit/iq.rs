@@ -7,19 +7,18 @@
 //! X = c h (1 + j e u)      h = p / (p - u)      h' = dh/dp = (1 - h) / (p - u)
 //! ```
 //!
-//! c the complex unknown. With `Y = X (1 - j e u)` and `m = 1 + e^2 u^2` the normal equations need
+//! c the complex unknown. With `Y = X (1 - j e u)` and `m = 1 + e^2 u^2` the [normal equations](super::normal) need
 //!
 //! ```text
 //! A = sum m h^2   B = sum m h h'   D = sum m h'^2   P = sum h Y   Q = sum h' Y
 //! ```
 //!
-//! and p moves by `Re{(A Q - B P) / (D P - B Q)}`: no sine depends on the unknown.
+//! so no sine depends on the unknown.
 
+use super::descent::Descent;
+use super::normal::{Products, Step};
 use super::rest::{self, NEAR, Rest, SCALES};
-use super::{
-    ENDED, Fit, FitStart, OFFSET_LIMIT, Pace, SETTLED, START_LIMIT, STEP_LIMIT, distances,
-    first_two, limit,
-};
+use super::{Fit, FitStart, OFFSET_LIMIT, START_LIMIT, distances, first_two, limit};
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
 use crate::math::series::{circle, cosine, line_shape, sinc};
@@ -67,16 +66,6 @@ pub(super) struct Problem<T, S> {
 
 struct Floats<T>(Vec<Side<T>, { 2 * REACH }>);
 
-/// One evaluation of the normal equations at an offset.
-struct Step<T> {
-    /// The step, in units of p.
-    forward: T,
-    information: T,
-    /// c at this p, and its slope over p.
-    here: Complex<T>,
-    slope: Complex<T>,
-}
-
 pub(super) fn fit<T: Scalar, R: Record>(
     bins: &Bins<T, R, Rectangular>,
     reach: usize,
@@ -96,36 +85,16 @@ pub(super) fn fit<T: Scalar, R: Record>(
 impl<T: Scalar, S: Sides<T>> Problem<T, S> {
     /// Gauss-Newton steps.
     pub fn fit(&self, course: FitStart<T>) -> Fit<T> {
-        let problem = self;
-        let (start, steps, settled) = match course {
-            FitStart::Usual => (problem.start(), 2, T::new(SETTLED)),
-            FitStart::From(start, steps) => (start, steps, T::zero()),
-            FitStart::Further(start, steps) => (start, steps, T::new(ENDED)),
-        };
-        let further = matches!(course, FitStart::Further(..));
-        let mut pace = Pace::new(&course);
-        let mut d = limit(start, START_LIMIT);
-        let (mut p, mut speed) = problem.tangent(d);
-        let mut step = problem.step(p, further);
-        let (mut c, mut information) = (step.here, step.information * speed * speed);
-        for taken in 0..steps {
-            if taken > 0 {
-                step = problem.step(p, further);
-            }
-            let forward = limit(step.forward / speed, STEP_LIMIT);
-            let next = limit(d + pace.step(forward), OFFSET_LIMIT);
-            let moved = next - d;
-            pace.took(forward, moved);
-            information = step.information * speed * speed;
-            d = next;
-            let before = p;
-            (p, speed) = problem.tangent(d);
-            c = step.here + step.slope * (p - before);
-            if moved.abs() <= settled {
-                break;
-            }
-        }
-        problem.finish(d, p, c, information * pace.sharpness())
+        let limits = [-OFFSET_LIMIT, OFFSET_LIMIT].map(T::new);
+        let (descent, enough) = Descent::new(course, || (self.start(), 2), limits);
+        let end = descent.to_the_end(|d| {
+            let (p, speed) = self.tangent(d);
+            let step = self.step(p);
+            (step.forward(speed), enough, (p, speed, step))
+        });
+        let ((before, speed, step), (p, _)) = (end.last, self.tangent(end.at));
+        let information = step.information * speed * speed * end.sharpness;
+        self.finish(end.at, p, step.line_at(p - before), information)
     }
 
     /// Sine and cosine of `e d`.
@@ -161,26 +130,11 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
     }
 
     /// The sums at p, and the step that follows from them.
-    fn step(&self, p: T, further: bool) -> Step<T> {
+    fn step(&self, p: T) -> Step<T> {
         let Sums { aa, bb, dd, pp, qq } = self.sides.sums(p);
         // The peak itself: h = 1, h' = 0.
         let (aa, pp) = (aa + T::one(), pp + self.centre);
-        let here = pp / aa;
-        let (size, determinant) = (here.norm_sqr(), aa * dd - bb * bb);
-        let above = qq * aa - pp * bb;
-        let below = if further {
-            // A residual across the line is a change of the amplitude, which moves no frequency.
-            let along = (above * here.conj()).re / size;
-            here * (determinant - along * bb / aa)
-        } else {
-            pp * dd - qq * bb
-        };
-        Step {
-            forward: (above * below.conj()).re / below.norm_sqr(),
-            information: size * (dd - bb * bb / aa),
-            here,
-            slope: here * -(bb / aa),
-        }
+        Products::complex(aa, Complex::new(bb, T::zero()), dd, pp, qq).step()
     }
 
     /// The tone's amplitude `A N exp(j (phase + pi d (1 - 1/N))) = c sin(e d) / (e d) / sinc(pi d)`.

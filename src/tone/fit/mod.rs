@@ -12,9 +12,11 @@
 //!
 //! Besides the offset, a [`Fit`] holds amplitude, phase and the information that gives sigma.
 
+pub(crate) mod descent;
 pub mod fixed;
 pub mod iq;
 mod model;
+pub(crate) mod normal;
 pub mod real;
 mod rest;
 
@@ -47,9 +49,6 @@ const SETTLED: f64 = 0.02;
 /// more than this, in bins: less than the bound of a tone of 60 dB.
 const ENDED: f64 = 1e-5;
 
-/// The least curvature of a line over a steady tone's curvature: a tone which is on for a tenth of a record has this ratio.
-const FLATTEST: f64 = 0.01;
-
 /// The start of a fit, and the number of its steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FitStart<T> {
@@ -61,45 +60,6 @@ pub enum FitStart<T> {
     /// residual is more than noise, for example with a tone whose amplitude changes. The usual steps to I/Q tones end a little beside that
     /// minimum. I/Q fits leave out bin 0, which holds a constant offset.
     Further(T, u32),
-}
-
-/// The steps of a [`FitStart`]. A Gauss-Newton step assumes the curvature of a steady tone's line. A tone that is on for a share p of the
-/// record has a wider line, of `p^2` times the curvature, so each step covers only `p^2` of the remaining way. Two steps give the
-/// curvature, and so the remaining distance, by a secant.
-struct Pace<T> {
-    further: bool,
-    /// The last Gauss-Newton step, and the step that was taken instead.
-    last: Option<[T; 2]>,
-    /// The line's curvature over a steady tone's curvature.
-    curvature: T,
-}
-
-impl<T: Scalar> Pace<T> {
-    fn new(course: &FitStart<T>) -> Self {
-        Self { further: matches!(course, FitStart::Further(..)), last: None, curvature: T::one() }
-    }
-
-    /// The step to take instead of this Gauss-Newton step.
-    fn step(&mut self, own: T) -> T {
-        let Some([before, moved]) = self.last.filter(|_| self.further) else { return own };
-        let curvature = (before - own) / moved;
-        if curvature < T::new(FLATTEST) {
-            return own;
-        }
-        self.curvature = curvature;
-        limit(own / curvature, STEP_LIMIT)
-    }
-
-    fn took(&mut self, own: T, moved: T) {
-        self.last = Some([own, moved]);
-    }
-
-    /// The information about the line's offset over a steady tone's. Noise moves the gradient by an equal amount in both, and a given
-    /// gradient is a longer way where the curvature is less.
-    fn sharpness(&self) -> T {
-        let curvature = self.curvature.min(T::one());
-        curvature * curvature
-    }
 }
 
 /// The result of a fit.

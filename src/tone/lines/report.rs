@@ -5,7 +5,6 @@ use super::super::judge::{first_look, from_end, judge};
 use super::super::line_class::{FitTest, LineClass};
 use super::super::measure;
 use super::super::noise::ring::{self, LocalNoise};
-use super::super::noise::whole;
 use super::super::options::Options;
 use super::super::phasor::{ToneWithPhase, phase};
 use super::fit::Window;
@@ -75,8 +74,7 @@ impl Hunt<'_> {
     /// The noise beside a line, less the leakage of the others.
     pub(super) fn beside(&self, found: &Found) -> LocalNoise {
         if !has_ring(self.layout.n, self.layout.iq) {
-            let dof = whole::dof(self.layout.n, self.layout.iq) as f32;
-            return ring::from_power(self.rest.noise(), dof);
+            return LocalNoise::from_noise(self.rest.noise());
         }
         let &Found { peak, ref fit, .. } = found;
         let mut places = Places::new();

@@ -1,7 +1,6 @@
 //! A spectrum less the models of the tones that were found. A model is evaluated where needed.
 
-use super::super::noise::rounding;
-use super::super::noise::whole;
+use super::super::noise::{Noise, rounding, whole};
 use super::ROOM;
 use crate::acquire::sample::Real;
 use crate::spectrum::bins::{Bins, Rectangular};
@@ -65,10 +64,12 @@ impl Rest<'_> {
         self.found.iter().filter(|other| apart(other) < UNRESOLVED).count() > 1
     }
 
-    /// The noise power per sample: the residual of all models in all bins, of a record without a ring.
-    pub fn noise(&self) -> f32 {
-        let count = whole::count(self.layout.n, self.layout.iq) as i32;
+    /// The noise of a record without a ring: the residual of all models in all bins.
+    pub fn noise(&self) -> Noise {
+        let Layout { n, iq, .. } = *self.layout;
+        let count = whole::count(n, iq) as i32;
         let sum = (1..=count).fold(0.0, |sum, k| sum + self.bin(k, None).norm_sqr());
-        (sum / (count as f32 * self.layout.n as f32)).max(rounding(self.layout.iq))
+        let power = sum / (count as f32 * n as f32);
+        Noise { power: power.max(rounding(iq)), dof: whole::dof(n, iq) }
     }
 }

@@ -24,7 +24,7 @@
 
 use super::own::{Own, OwnInIntegers, STEP, Stretch};
 use super::power::{Noise, rounding};
-use super::{whole, whole_fixed};
+use super::whole;
 use crate::math::scalar::Scalar;
 use crate::spectrum::fft::integer::Point;
 use crate::spectrum::neighbourhood::{GROUPS, GUARD, LENT, Neighbourhood, has_ring, room};
@@ -81,7 +81,7 @@ const FEW: f32 = 24.0;
 const WIDE: usize = 7;
 
 /// The noise beside the tone that `fit` found. Records of fewer than 256 samples (I/Q: 128) have no room for a ring. Their
-/// noise comes from all bins, see [`whole::power`].
+/// noise comes from all bins, see [`whole::noise`].
 ///
 /// Cost: 32 differences.
 pub fn beside(near: &Neighbourhood, fit: &Fit<f32>, arithmetic: Arithmetic) -> LocalNoise {
@@ -98,11 +98,7 @@ pub(crate) fn beside_in_floats(near: &Neighbourhood, fit: &Fit<f32>) -> LocalNoi
 fn beside_by(near: &Neighbourhood, fit: &Fit<f32>, arithmetic: Arithmetic) -> LocalNoise {
     let &Neighbourhood { n, iq, .. } = near;
     if !has_ring(n, iq) {
-        let power = match arithmetic {
-            Arithmetic::Float => whole::power(near, fit),
-            Arithmetic::Fixed => whole_fixed::power(near, fit),
-        };
-        return from_power(power.max(rounding(near.iq)), whole::dof(n, iq) as f32);
+        return LocalNoise::from_noise(whole::noise(near, fit, arithmetic));
     }
     let own = Own::new(iq, near.peak, n, fit, near.exponent);
     let sides = sides(near).map(|(bins, first)| own.side(bins, first, arithmetic));
@@ -127,12 +123,6 @@ fn sides<'a>(near: &Neighbourhood<'a>) -> [(&'a [Point], i32); 2] {
     let [left, right] = near.groups.map(|groups| STEP * groups);
     let (low, high) = (near.peak - FIRST + 1 - left as i32, near.peak + FIRST - 1);
     [(near.from(low, left + 1), low), (near.from(high, right + 1), high)]
-}
-
-/// The noise beside a tone, from a power per sample with these degrees of freedom.
-pub(crate) fn from_power(power: f32, dof: f32) -> LocalNoise {
-    let noise = Noise { power, dof };
-    LocalNoise { noise, loud: power, range: [power; 2], sides: [Side::default(); 2] }
 }
 
 /// The noise in a ring nearly twice as wide as the ring of `beside`. A peak that is hardly stronger than the noise must exceed this one,
@@ -178,7 +168,7 @@ pub fn loud(
 
 /// Degrees of freedom of the noise beside a tone away from the ends of the spectrum.
 pub(crate) const fn dof(n: usize, iq: bool) -> f32 {
-    if has_ring(n, iq) { const { 4.0 / KEPT[WANTED].1 } } else { whole::dof(n, iq) as f32 }
+    if has_ring(n, iq) { const { 4.0 / KEPT[WANTED].1 } } else { whole::dof(n, iq) }
 }
 
 /// The noise power per sample, in squared codes, for which a stretch has the power 1 in stored units. A stretch sums the squares of four half
@@ -192,6 +182,12 @@ fn unit(near: &Neighbourhood) -> f32 {
 const EDGE: f32 = 8.0;
 
 impl LocalNoise {
+    /// The noise of a record without a ring.
+    pub(crate) fn from_noise(noise: Noise) -> Self {
+        let Noise { power, .. } = noise;
+        Self { noise, loud: power, range: [power; 2], sides: [Side::default(); 2] }
+    }
+
     /// Whether the noise comes from a ring.
     pub(crate) fn has_sides(&self) -> bool {
         self.sides.iter().any(|side| side.count > 0)

@@ -2,7 +2,6 @@
 //!
 //! Angles turn in Q30, weights are in Q29, bins as in [`crate::tone::fit::fixed`].
 
-use super::power::ROUNDING;
 use crate::math::scalar::Scalar;
 use crate::math::series::circle;
 use crate::spectrum::neighbourhood::Neighbourhood;
@@ -25,12 +24,11 @@ pub(crate) fn turned([a, b]: Turn, [c, d]: Turn) -> Turn {
     ]
 }
 
-/// [`whole::power`](super::whole::power) in integers.
-pub fn power(near: &Neighbourhood, fit: &Fit<f32>) -> f32 {
+/// The weighted residual of [`super::whole`] in integers, in squared codes; `cosine` is that of the tone's angle a sample.
+pub(super) fn residual(near: &Neighbourhood, fit: &Fit<f32>, cosine: f32) -> f32 {
     let scale = f32::two_to(near.exponent + ROOM as i32);
-    let (residual, weight) = if near.iq { iq(near, fit, scale) } else { real(near, fit, scale) };
-    let parts = if near.iq { 2.0 } else { 1.0 };
-    (residual / weight / near.n as f32 * scale * scale).max(ROUNDING as f32 * parts)
+    let residual = if near.iq { iq(near, fit, scale) } else { real(near, fit, scale, cosine) };
+    residual * scale * scale
 }
 
 /// Bin `k`, less the bits of [`ROOM`].
@@ -38,12 +36,11 @@ fn bin(near: &Neighbourhood, k: i32) -> [i32; 2] {
     near.point(k).map(|part| part >> ROOM)
 }
 
-fn real(near: &Neighbourhood, fit: &Fit<f32>, scale: f32) -> (f32, f32) {
+fn real(near: &Neighbourhood, fit: &Fit<f32>, scale: f32, cf: f32) -> f32 {
     let n = near.n as i32;
     let p = fit.lever.re;
     let e = core::f32::consts::TAU / n as f32;
     let w = circle::<f32>(near.peak, n);
-    let cf = w.re - w.im * e * p;
     let tone = fit.peak * (p * e / scale);
     let (still, turning) = ((w.im * tone.re - w.re * tone.im) as i32, tone.im as i32);
     let forward = turn(1, n);
@@ -60,11 +57,10 @@ fn real(near: &Neighbourhood, fit: &Fit<f32>, scale: f32) -> (f32, f32) {
         angle = turned(angle, forward);
         k += 1;
     }
-    let half = (n / 2) as f32;
-    (residual as f32, half * 0.5 - 1.0 + (half - 1.0) * cf * cf)
+    residual as f32
 }
 
-fn iq(near: &Neighbourhood, fit: &Fit<f32>, scale: f32) -> (f32, f32) {
+fn iq(near: &Neighbourhood, fit: &Fit<f32>, scale: f32) -> f32 {
     let n = near.n as i32;
     let constant = fit.peak * fit.lever / scale;
     let constant = [constant.re as i32, constant.im as i32];
@@ -86,5 +82,5 @@ fn iq(near: &Neighbourhood, fit: &Fit<f32>, scale: f32) -> (f32, f32) {
         angle = turned(angle, back);
         k += 1;
     }
-    (residual as f32, (2 * n - 2) as f32 + 2.0 * start.re)
+    residual as f32
 }

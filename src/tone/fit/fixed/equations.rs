@@ -4,6 +4,7 @@
 //! Re.
 
 use super::scaled::Scaled;
+use crate::tone::fit::normal::{Products, Step};
 use num_complex::Complex;
 use num_traits::One as _;
 
@@ -30,19 +31,9 @@ pub(super) struct Place {
     pub total: Scaled,
 }
 
-/// One evaluation of the normal equations at an offset.
-pub(super) struct Step {
-    /// The step, in units of p.
-    pub forward: Scaled,
-    pub information: Scaled,
-    pub line: Complex<Scaled>,
-    /// The slope of `line` over p.
-    pub slope: Complex<Scaled>,
-}
-
 impl Place {
     /// Evaluates the equations from the sums at p.
-    pub fn step(&self, p: Scaled, sums: Sums) -> Step {
+    pub fn step(&self, p: Scaled, sums: Sums) -> Step<Scaled> {
         let Sums { aa, s1, bb, dd, r1, r2, q1, q2 } = sums;
         let (e, c2, lean, rest) = (self.e, self.twice_c, self.e * p, s1 - bb);
         // The data along the basis (1, 0) h and (-e u, s) h; e u h is e p (h - 1), and its
@@ -51,28 +42,22 @@ impl Place {
         let (r2, q2) = (r2 - lean * beyond, q2 - e * (beyond + p * q1));
         // The peak itself: h = 1, h' = 0.
         let (aa, r1, r2) = (aa + Scaled::one(), r1 + self.centre.re, r2 + self.centre.im);
-        // Inner products of the basis, and the line by elimination.
-        let ps = p * s1;
-        let g12 = lean * ps;
-        let inverse = Scaled::one() / aa;
-        let share = g12 * inverse;
-        let second = Scaled::one() / (aa - c2 * (p * ps) - share * g12);
-        let b = (r2 - share * r1) * second;
-        let a = (r1 - g12 * b) * inverse;
-        // Products of the model's derivative with the basis, with itself and with the data.
-        let (cb, pr) = (c2 * b, p * rest);
-        let b2 = e * pr;
-        let x1 = a * bb + b * b2;
-        let x2 = a * b2 + b * bb - cb * pr;
-        let own = (a * a + b * b) * dd + b * (rest - p * dd) * ((e + e) * a - cb);
-        let slope2 = (x2 - share * x1) * second;
-        let slope1 = (x1 - g12 * slope2) * inverse;
-        let information = own - (x1 * slope1 + x2 * slope2);
-        Step {
-            forward: (a * (q1 - x1) + b * (q2 - x2)) / information,
-            information,
-            line: Complex::new(a, b),
-            slope: Complex::new(-slope1, -slope2),
+        let (ps, pr) = (p * s1, p * rest);
+        let (b2, bent) = (e * pr, rest - p * dd);
+        Products {
+            g11: aa,
+            g12: lean * ps,
+            g22: aa - c2 * (p * ps),
+            r: [r1, r2],
+            b11: bb,
+            b12: b2,
+            b21: b2,
+            b22: bb - c2 * pr,
+            d11: dd,
+            d12: e * bent,
+            d22: dd - c2 * bent,
+            q: [q1, q2],
         }
+        .step()
     }
 }

@@ -4,15 +4,12 @@ use super::equations::{Place, Sums};
 use super::near::Near;
 use super::scaled::Scaled;
 use super::trigonometry::{cosine, sinc};
-use super::{
-    ONE, ROOM, add, around, nearest, product, quantised, root, shape, shifted, square, times,
-};
+use super::{ONE, ROOM, add, around, nearest, product, root, shape, shifted, square, times};
 use crate::spectrum::bins::REACH;
 use crate::spectrum::fft::integer::Point;
 use crate::spectrum::layout::RealDistance;
-use crate::tone::fit::{
-    EDGE_LIMIT, ENDED, Fit, FitStart, OFFSET_LIMIT, Pace, SETTLED, START_LIMIT, STEP_LIMIT,
-};
+use crate::tone::fit::descent::Descent;
+use crate::tone::fit::{EDGE_LIMIT, Fit, FitStart, OFFSET_LIMIT, SETTLED, START_LIMIT};
 use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 use core::ops::RangeInclusive;
 use heapless::Vec;
@@ -130,10 +127,10 @@ impl Peak {
     }
 
     /// The least and the largest offset: the tone stays between DC and Nyquist.
-    pub fn limits(peak: i32, last: i32) -> (i32, i32) {
+    pub fn limits(peak: i32, last: i32) -> [i32; 2] {
         let low = if peak < 2 { bins(EDGE_LIMIT) - ONE } else { -bins(OFFSET_LIMIT) };
         let high = if peak >= last { ONE - bins(EDGE_LIMIT) } else { bins(OFFSET_LIMIT) };
-        (low, high)
+        [low, high]
     }
 
     /// The inputs of the normal equations beside their sums.
@@ -155,49 +152,25 @@ impl Peak {
         unit: i32,
         course: FitStart<f32>,
     ) -> Fit<f32> {
-        let (start, steps, settled) = match course {
-            FitStart::Usual if peak < 3 || peak > last - 2 => (self.start(sides), 3, SETTLED),
-            FitStart::Usual => (self.start(sides), 2, SETTLED),
-            FitStart::From(start, steps) => (Scaled::from_float(start, 0).bits(30), steps, 0.0),
-            FitStart::Further(start, steps) => {
-                (Scaled::from_float(start, 0).bits(30), steps, ENDED)
-            }
-        };
-        let (low, high) = Self::limits(peak, last);
-        let mut at = self.at(limit(start, START_LIMIT).max(low).min(high));
+        let edge = peak < 3 || peak > last - 2;
+        let usual = || (self.start(sides), if edge { 3 } else { 2 });
+        let (descent, enough) = Descent::new(course, usual, Self::limits(peak, last));
+        let further = descent.further;
         let place = self.equations(sides);
-        let mut step = place.step(Scaled::new(at.p, -30), sums(sides, at.p));
-        let (mut taken, mut onward) = (0, 0);
-        let mut pace = Pace::new(&course);
-        let float = |bits: i32| Scaled::new(bits, -30).float(0);
-        let (mut line, mut speed) = (step.line, Scaled::new(at.speed, -30));
-        while taken < steps {
-            if taken > 0 {
-                step = place.step(Scaled::new(at.p, -30), sums(sides, at.p));
-            }
-            taken += 1;
-            speed = Scaled::new(at.speed, -30);
-            let own = limit((step.forward / speed).bits(30), STEP_LIMIT);
-            let forward = if pace.further { quantised(pace.step(float(own)), 30) } else { own };
-            let next = self.at((at.d + forward).max(low).min(high));
-            let moved = next.d - at.d;
-            if pace.further {
-                pace.took(float(own), float(moved));
-            }
-            onward = next.p - at.p;
-            let far = Scaled::new(onward, -30);
-            line = Complex::new(
-                step.line.re + step.slope.re * far,
-                step.line.im + step.slope.im * far,
-            );
-            at = next;
-            if moved.abs() <= bins(settled) {
-                break;
-            }
-        }
+        let end = descent.to_the_end(|d| {
+            let at = self.at(d);
+            let step = place.step(Scaled::new(at.p, -30), sums(sides, at.p));
+            let speed = Scaled::new(at.speed, -30);
+            ((step.gradient / (step.information * speed)).bits(30), enough, (at.p, speed, step))
+        });
+        let ((before, speed, step), at) = (end.last, self.at(end.at));
+        let onward = at.p - before;
+        let far = Scaled::new(onward, -30);
+        let line =
+            Complex::new(step.line.re + step.slope.re * far, step.line.im + step.slope.im * far);
         let mut information = step.information * speed * speed;
-        if pace.further {
-            information = information * Scaled::from_float(pace.sharpness(), 0);
+        if further {
+            information = information * Scaled::from_float(end.sharpness, 0);
         }
         self.finish(&at, line, information, onward, sides, unit)
     }

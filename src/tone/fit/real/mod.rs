@@ -36,18 +36,16 @@
 //! - `rest`: the part of the residual near the line, for the judgement;
 //! - `peak` and `lever`: the peak bin of the model and p, from which the other bins of the tone follow.
 
+use super::descent::Descent;
+use super::normal::{Products, Step};
 use super::rest::{self, Rest, SCALES};
-use super::{
-    EDGE_LIMIT, ENDED, Fit, FitStart, OFFSET_LIMIT, Pace, SETTLED, START_LIMIT, STEP_LIMIT, limit,
-};
+use super::{EDGE_LIMIT, Fit, FitStart, OFFSET_LIMIT, START_LIMIT, limit};
 use crate::math::scalar::{Scalar, inverses};
 use crate::math::series::{circle, cosine, line_shape, sinc};
 use crate::spectrum::bins::REACH;
 use crate::spectrum::layout::Distance;
-use core::ops::{Add, Div, Neg, Sub};
 use heapless::Vec;
 use num_complex::Complex;
-use num_traits::One;
 
 /// The bins in the form of the module's equations.
 struct Problem<T> {
@@ -102,51 +100,27 @@ impl<T: Scalar> Problem<T> {
     }
 
     /// The least and the largest offset: the tone stays between DC and Nyquist.
-    fn limits(&self) -> (T, T) {
+    fn limits(&self) -> [T; 2] {
         let low = (T::new(EDGE_LIMIT) - T::from_i32(self.peak)).max(T::new(-OFFSET_LIMIT));
         let high =
             (T::from_i32(self.last - self.peak + 1) - T::new(EDGE_LIMIT)).min(T::new(OFFSET_LIMIT));
-        (low, high)
+        [low, high]
     }
 
     /// Gauss-Newton steps.
     #[inline(always)]
     fn fit(&self, course: FitStart<T>) -> Fit<T> {
-        let (problem, peak, last) = (self, self.peak, self.last);
-        let edge = peak < 3 || peak > last - 2;
-        let (start, steps, settled) = match course {
-            FitStart::Usual => (problem.start(), if edge { 3 } else { 2 }, T::new(SETTLED)),
-            FitStart::From(start, steps) => (start, steps, T::zero()),
-            FitStart::Further(start, steps) => (start, steps, T::new(ENDED)),
-        };
-        let (low, high) = problem.limits();
-        let mut pace = Pace::new(&course);
-        let mut d = limit(start, START_LIMIT).max(low).min(high);
-        let (mut p, mut speed) = problem.p_of(d);
-        let mut step = problem.step(p);
-        for taken in 0..steps {
-            if taken > 0 {
-                step = problem.step(p);
-            }
-            let forward = step.forward(speed);
-            let next = (d + pace.step(forward)).max(low).min(high);
-            let moved = next - d;
-            pace.took(forward, moved);
-            d = next;
-            let information = step.information * speed * speed;
-            let before = p;
-            (p, speed) = problem.p_of(d);
-            step.line = step.line + step.slope * (p - before);
-            step.information = information;
-            if moved.abs() <= settled {
-                break;
-            }
-        }
-        if steps == 0 {
-            step.information = step.information * speed * speed;
-        }
-        step.information = step.information * pace.sharpness();
-        problem.finish(d, p, &step)
+        let edge = self.peak < 3 || self.peak > self.last - 2;
+        let usual = || (self.start(), if edge { 3 } else { 2 });
+        let (descent, enough) = Descent::new(course, usual, self.limits());
+        let end = descent.to_the_end(|d| {
+            let (p, speed) = self.p_of(d);
+            let step = self.step(p);
+            (step.forward(speed), enough, (p, speed, step))
+        });
+        let ((before, speed, step), (p, _)) = (end.last, self.p_of(end.at));
+        let information = step.information * speed * speed * end.sharpness;
+        self.finish(end.at, p, step.line_at(p - before), information)
     }
 
     /// The p of the module's equations for an offset d, and its slope dp/dd.
@@ -214,20 +188,20 @@ impl<T: Scalar> Problem<T> {
 
     /// The tone's amplitude `A N/2 exp(j (phase + pi d)) = p/d / sinc(pi d) ((a - e p b) / s + j b)`,
     /// `s = sin(e f) / S`.
-    fn finish(&self, d: T, p: T, step: &Step<T>) -> Fit<T> {
-        let Complex { re: a, im: b } = step.line;
+    fn finish(&self, d: T, p: T, at_peak: Complex<T>, information: T) -> Fit<T> {
+        let Complex { re: a, im: b } = at_peak;
         let bent = self.e * p;
         let s = (T::one() + (self.c + self.c) * p - bent * bent).max(T::epsilon()).root();
         let (p_over, d_under) = if d == T::zero() { (T::one(), T::one()) } else { (p, d) };
         let scale = p_over / (d_under * line_shape(d) * s);
         let line = Complex::new((a - bent * b) * scale, b * (scale * s));
-        let centre = self.centre - step.line;
-        let (residual, rest) = self.residual(d, p, step.line, centre);
+        let centre = self.centre - at_peak;
+        let (residual, rest) = self.residual(d, p, at_peak, centre);
         Fit {
             offset: d,
             line,
-            information: step.information,
-            peak: step.line,
+            information,
+            peak: at_peak,
             lever: Complex::new(p, T::zero()),
             residual,
             dof: (2 * self.sides.len() as u32 + 2).saturating_sub(3),
@@ -367,77 +341,6 @@ struct Sums<T> {
     r2: T,
     q1: T,
     q2: T,
-}
-
-/// One evaluation of the normal equations at an offset.
-pub(super) struct Step<T> {
-    /// The gradient; divided by the gradient's information it is the step, in units of p.
-    pub gradient: T,
-    pub information: T,
-    pub line: Complex<T>,
-    /// The slope of `line` over p.
-    pub slope: Complex<T>,
-}
-
-impl<T: Scalar> Step<T> {
-    /// The step in bins, where p changes at this speed.
-    pub fn forward(&self, speed: T) -> T {
-        limit(self.gradient / (self.information * speed), STEP_LIMIT)
-    }
-}
-
-/// Inner products of the basis F1 = (1, 0) h and F2 = (-e u, s) h, of its derivatives G1 and G2 by p,
-/// and of the data.
-pub(super) struct Products<T> {
-    pub g11: T,
-    pub g12: T,
-    pub g22: T,
-    /// F1 and F2 with the data.
-    pub r: [T; 2],
-    /// G1 F1, G1 F2, G2 F1, G2 F2.
-    pub b11: T,
-    pub b12: T,
-    pub b21: T,
-    pub b22: T,
-    /// G1 G1, G1 G2, G2 G2.
-    pub d11: T,
-    pub d12: T,
-    pub d22: T,
-    /// G1 and G2 with the data.
-    pub q: [T; 2],
-}
-
-/// A number with the four operations: a float, or one for cores without an FPU.
-pub(super) trait Number:
-    Copy + One + Add<Output = Self> + Sub<Output = Self> + Div<Output = Self> + Neg<Output = Self>
-{
-}
-
-impl<T> Number for T where
-    T: Copy + One + Add<Output = T> + Sub<Output = T> + Div<Output = T> + Neg<Output = T>
-{
-}
-
-impl<T: Number> Products<T> {
-    /// The normal equations: the line by elimination, and the step that follows from it.
-    #[inline(always)]
-    pub fn step(&self) -> Step<T> {
-        let Self { g11, g12, g22, r: [r1, r2], q: [q1, q2], .. } = *self;
-        let inverse = T::one() / (g11 * g22 - g12 * g12);
-        let a = (g22 * r1 - g12 * r2) * inverse;
-        let b = (g11 * r2 - g12 * r1) * inverse;
-        let x1 = a * self.b11 + b * self.b21;
-        let x2 = a * self.b12 + b * self.b22;
-        let own = a * a * self.d11 + (a + a) * b * self.d12 + b * b * self.d22;
-        let slope = Complex::new((g22 * x1 - g12 * x2) * inverse, (g11 * x2 - g12 * x1) * inverse);
-        let information = own - (x1 * slope.re + x2 * slope.im);
-        Step {
-            gradient: a * (q1 - x1) + b * (q2 - x2),
-            information,
-            line: Complex::new(a, b),
-            slope: Complex::new(-slope.re, -slope.im),
-        }
-    }
 }
 
 impl<T: Scalar> Sums<T> {
