@@ -48,7 +48,7 @@ fn exp_m1(x: f32) -> f32 {
 }
 
 /// The natural logarithm of the probability that a sum of `blocks` spectra of noise reaches this evidence somewhere in `width` bins; 0 where
-/// that is not improbable. The noise estimate is as accurate as the mean of `cells` bins of the sum.
+/// that is not improbable. The noise estimate has `dof` degrees of freedom.
 ///
 /// The power of the line that fits best at a frequency is, in noise of power P, a sum of M exponential numbers of mean P. Over all
 /// frequencies the power over P is a chi-squared process, and its crossings of a level x are as frequent as Rice's formula says
@@ -58,14 +58,14 @@ fn exp_m1(x: f32) -> f32 {
 /// sqrt(pi / 3) x^(M - 1/2) exp(-x) / (M - 1)!
 /// ```
 ///
-/// P scatters as a mean of `a` exponential numbers does; averaged over it, `x^(M - 1/2) exp(-x)` becomes
+/// P scatters as a mean of `a` exponential numbers does, half of its degrees of freedom; averaged over it, `x^(M - 1/2) exp(-x)` becomes
 /// `x^(M - 1/2) a^a gamma(a + M - 1/2) / (gamma(a) (a + x)^(a + M - 1/2))`.
-pub(crate) fn ln_of_sum(evidence: f32, blocks: u32, width: u32, cells: f32) -> f32 {
+pub(crate) fn ln_of_sum(evidence: f32, blocks: u32, width: u32, dof: f32) -> f32 {
     let (m, x) = (f64::from(blocks), f64::from(evidence));
     if x <= m {
         return 0.0;
     }
-    let a = f64::from(cells) * m;
+    let a = 0.5 * f64::from(dof);
     let ln = 0.5 * libm::log(core::f64::consts::FRAC_PI_3)
         + libm::log(f64::from(width.max(1)))
         + (m - 0.5) * libm::log(x)
@@ -87,11 +87,12 @@ pub(crate) fn ln_of_sum(evidence: f32, blocks: u32, width: u32, cells: f32) -> f
 /// ```
 ///
 /// The map is a cylinder, closed over the rows, so its two ends add `sqrt(pi x / 3) exp(-x)` for each row. The noise is a mean of `F`
-/// cells, over which `exp(-x)` becomes `(1 + x / F)^-F`.
-pub(crate) fn ln_of_map(power: f32, cells: f32, rows: f32, noise_cells: f32) -> f32 {
+/// cells, half of its degrees of freedom, over which `exp(-x)` becomes `(1 + x / F)^-F`.
+pub(crate) fn ln_of_map(power: f32, cells: f32, rows: f32, dof: f32) -> f32 {
     if power <= 1.0 {
         return 0.0;
     }
+    let noise_cells = 0.5 * dof;
     let held = power / (1.0 + power / noise_cells);
     let places = cells * FRAC_PI_3 * (held - 0.5).max(0.5) + rows * libm::sqrtf(FRAC_PI_3 * held);
     (libm::logf(places) - noise_cells * libm::log1pf(power / noise_cells)).min(0.0)
@@ -129,7 +130,7 @@ mod tests {
 
     #[test]
     fn a_target_far_above_the_noise_is_no_chance() {
-        let chance = |power| ln_of_map(power, 8192.0, 64.0, 240.0);
+        let chance = |power| ln_of_map(power, 8192.0, 64.0, 480.0);
         assert_eq!(chance(0.5), 0.0);
         // One in a million frames of 8192 cells.
         assert!((chance(26.6 + 26.6 * 26.6 / 480.0) + 13.8).abs() < 0.6, "{}", chance(28.0));

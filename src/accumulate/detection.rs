@@ -7,6 +7,7 @@ use super::sums::{Sums, bins};
 use crate::chance::ln_of_sum;
 use crate::spectrum::layout::Layout;
 use crate::spectrum::peak::Band;
+use crate::tone::noise::Noise;
 use crate::tone::noise::quietest::quietest;
 use heapless::Vec;
 
@@ -38,8 +39,8 @@ pub(super) struct Peak {
     pub offset: f32,
     /// The mean power of a bin of noise, summed over the blocks.
     pub noise: f32,
-    /// The number of independent bins with the noise's accuracy.
-    cells: f32,
+    /// The noise's degrees of freedom.
+    dof: f32,
     /// The power of line and noise together, over that of the noise, summed over the blocks.
     evidence: f32,
 }
@@ -53,7 +54,7 @@ impl Peak {
         let count = (bins.high - bins.low + 1) / group;
         let mut best = Vec::<(f32, Peak), CANDIDATES>::new();
         for index in 0..count {
-            let Some((noise, cells)) = noise(sums, index, count, group) else {
+            let Some(Noise { power: noise, dof }) = noise(sums, index, count, group) else {
                 continue;
             };
             let first = bins.low + index * group;
@@ -71,7 +72,7 @@ impl Peak {
                 let half = 0.5 / 0.81 * both;
                 let (size, offset) = if half > here { (half, 0.5) } else { (here, 0.0) };
                 let ratio = size / noise;
-                let place = Peak { bin: k, offset, noise, cells, evidence: 0.0 };
+                let place = Peak { bin: k, offset, noise, dof, evidence: 0.0 };
                 keep(&mut best, ratio, place);
             }
         }
@@ -100,7 +101,7 @@ impl Peak {
 
     /// The natural logarithm of the probability that noise reaches this evidence somewhere in `width` bins.
     pub fn ln_chance(&self, blocks: u32, width: u32) -> f32 {
-        ln_of_sum(self.evidence, blocks, width, self.cells)
+        ln_of_sum(self.evidence, blocks, width, self.dof)
     }
 }
 
@@ -127,8 +128,8 @@ fn keep(best: &mut Vec<(f32, Peak), CANDIDATES>, ratio: f32, place: Peak) {
     let _ = best.push((ratio, place));
 }
 
-/// The mean of the sums of bins of noise next to group `index`, and the number of independent bins with this accuracy.
-fn noise(sums: &Sums, index: i32, count: i32, group: i32) -> Option<(f32, f32)> {
+/// The mean of the sums of bins of noise next to group `index`.
+fn noise(sums: &Sums, index: i32, count: i32, group: i32) -> Option<Noise> {
     let low = bins(sums.layout).low;
     let mut means = Vec::<f32, CELLS>::new();
     for distance in 2..2 + side(sums.scale.blocks) {
@@ -144,13 +145,5 @@ fn noise(sums: &Sums, index: i32, count: i32, group: i32) -> Option<(f32, f32)> 
             let _ = means.push(sum as f32 / group as f32);
         }
     }
-    let all = means.len();
-    let (mean, left_out) = quietest(&mut means)?;
-    if mean <= 0.0 {
-        return None;
-    }
-    let bins = group as f32;
-    let low = left_out / libm::sqrtf(bins * sums.scale.blocks.max(1) as f32);
-    // The censored mean scatters like the mean of .82 of all bins (simulated: .77 to .9 from 1 to 400 blocks).
-    Some((mean / (1.0 - low), 0.82 * bins * all as f32))
+    quietest(&mut means, (group as u32 * sums.scale.blocks.max(1)) as f32)
 }

@@ -179,7 +179,7 @@ impl Hunt<'_> {
     fn is_likely(&self, place: &Strongest) -> bool {
         let plan = self.map.plan;
         // The search loses 2 dB at the most.
-        let chance = ln_of_map(1.7 * place.ratio, self.map.tried(), plan.chirps as f32, 1e6);
+        let chance = ln_of_map(1.7 * place.ratio, self.map.tried(), plan.chirps as f32, 2e6);
         chance <= plan.false_alarm.log_e()
     }
 
@@ -286,7 +286,7 @@ impl Hunt<'_> {
         let Some(beside) = noise::beside(&self.map, &echo) else { return false };
         let Some(fitted) = self.fit(index, false) else { return false };
         let ratio = fitted.echo.amplitude.norm_sqr() * fitted.energy / beside.power;
-        ln_of_map(ratio, tried, rows, beside.cells) <= least
+        ln_of_map(ratio, tried, rows, beside.dof) <= least
     }
 
     /// The target of an echo, if it is one.

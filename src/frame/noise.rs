@@ -3,6 +3,7 @@
 use super::echo::Echo;
 use super::map::{EMPTY, Map};
 use crate::math::series::circle;
+use crate::tone::noise::Noise;
 use crate::tone::noise::quietest::quietest;
 use heapless::Vec;
 use num_complex::Complex;
@@ -17,16 +18,8 @@ const LEFT_OUT: i32 = 1;
 /// Columns that are looked at.
 const MOST: usize = 2 * (COLUMNS - LEFT_OUT) as usize;
 
-/// The mean power of a cell of noise.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Beside {
-    pub power: f32,
-    /// Independent cells with this accuracy.
-    pub cells: f32,
-}
-
-/// The noise around an echo with this walk; `None` where no cell is free.
-pub(super) fn beside(map: &Map, echo: &Echo) -> Option<Beside> {
+/// The mean power of a cell of noise around an echo with this walk; `None` where no cell is free.
+pub(super) fn beside(map: &Map, echo: &Echo) -> Option<Noise> {
     let plan = map.plan;
     let chirps = plan.chirps as i32;
     // All rows of a frame of few chirps, once.
@@ -62,8 +55,5 @@ pub(super) fn beside(map: &Map, echo: &Echo) -> Option<Beside> {
             break;
         }
     }
-    let all = means.len();
-    let (mean, left_out) = quietest(&mut means)?;
-    let power = mean / (1.0 - left_out / libm::sqrtf(rows as f32));
-    (power > 0.0).then_some(Beside { power, cells: 0.82 * (rows * all as i32) as f32 })
+    quietest(&mut means, rows as f32)
 }

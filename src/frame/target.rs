@@ -3,7 +3,6 @@
 use super::echo::Echo;
 use super::fit::Fitted;
 use super::map::Map;
-use super::noise::Beside;
 use super::plan::{MOST_ALIASES, ON_BOUND};
 use crate::chance::ln_of_map;
 use crate::frequency::Frequency;
@@ -110,7 +109,7 @@ impl Map<'_> {
     pub fn target(
         &self,
         fitted: &Fitted,
-        beside: &Beside,
+        beside: &Noise,
         aliases: &[(i32, f32)],
         nearest: f32,
     ) -> FrameTarget {
@@ -123,7 +122,7 @@ impl Map<'_> {
         let beat_noise = beside.power / (n * chirps);
         let turn_noise = beside.power * chirps / fitted.energy;
         let class = |fit, length: usize, noise| {
-            let beside = LocalNoise::from_noise(Noise { power: noise, dof: 2.0 * beside.cells });
+            let beside = LocalNoise::from_noise(Noise { power: noise, dof: beside.dof });
             judge(fit, length, i32::MAX, &beside, false, ())
         };
         let FitTest { line: first, variance_inflation: wider } =
@@ -138,7 +137,7 @@ impl Map<'_> {
         let coupling = plan.range.float / plan.shift.float;
         let across = coupling * sigma_velocity;
         let sigma_range = libm::hypotf(sigma_beat * plan.range.float, across);
-        let ln_chance = ln_of_map(ratio, self.tried(), chirps, beside.cells);
+        let ln_chance = ln_of_map(ratio, self.tried(), chirps, beside.dof);
         let mut reasons = Reasons::NONE;
         match first.max(second) {
             LineClass::Steady => {}

@@ -41,11 +41,8 @@ pub fn noise(near: &Neighbourhood, fit: &Fit<f32>, arithmetic: Arithmetic) -> No
     };
     // The sum of the squares of the weights.
     let bins = n as f32 * if iq { 1.0 } else { 0.5 } - 1.0;
-    let weight = if iq {
-        2.0 * bins + 2.0 * cosine
-    } else {
-        0.25 * n as f32 - 1.0 + bins * cosine * cosine
-    };
+    let weight =
+        if iq { 2.0 * bins + 2.0 * cosine } else { 0.25 * n as f32 - 1.0 + bins * cosine * cosine };
     let power = residual / weight / n as f32;
     Noise { power: power.max(rounding(iq)), dof: dof(near.n, iq) }
 }
