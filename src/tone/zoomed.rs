@@ -202,10 +202,12 @@ impl Place {
             }
             let (step, explained, residual) = cells.step(self.iq, offset, &image);
             let forward = step.forward(1.0);
-            let left = residual - forward * forward * step.information;
-            // The error of the last place is at most the square of the last move.
-            let enough = (SHARE * left / (dof as f32 * step.information)).root().root();
-            (forward, enough.min(SETTLED), (offset, step, explained, left.max(0.0)))
+            let moved = forward * forward;
+            let left = (residual - moved * step.information).max(0.0);
+            // The error of the next place is at most the square of this move.
+            let settled = moved * moved * (dof as f32 * step.information) <= SHARE * left;
+            let enough = if settled { SETTLED } else { 0.0 };
+            (forward, enough, (offset, step, explained, left))
         });
         let (offset, (before, step, explained, residual)) = (end.at, end.last);
         let line = step.line_at(offset - before);
