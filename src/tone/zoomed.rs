@@ -22,7 +22,6 @@
 use super::fit::descent::Descent;
 use super::fit::normal::{Products, Step};
 use super::noise::ROUNDING;
-use crate::math::scalar::Scalar as _;
 use crate::math::series::{circle, cosine, line_shape, sinc};
 use crate::spectrum::fft::twiddle::sin_cos;
 use crate::spectrum::layout::Layout;
