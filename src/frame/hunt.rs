@@ -97,7 +97,7 @@ impl Search {
     /// [`Search::step`] less what stood in the background.
     #[inline(never)] // once in an image
     pub fn step_beside(&mut self, frame: &Frame, background: &[Complex<f32>]) -> bool {
-        if frame.store.filled < frame.plan.chirps {
+        if frame.filled() < frame.plan.chirps {
             self.stage = Stage::Done;
         }
         let echoes = core::mem::take(&mut self.echoes);

@@ -32,7 +32,7 @@ pub(super) struct Map<'a> {
 impl Map<'_> {
     /// The factor that turns a cell of this bin into codes with the phase of the record's middle.
     fn twist(&self, bin: i32) -> Complex<f32> {
-        let unit = f32::two_to(self.store.exponent);
+        let unit = f32::two_to(self.store.filled.exponent);
         let unit = if bin & 1 == 0 { unit } else { -unit };
         circle::<f32>(-bin, 2 * self.plan.n as i32) * unit
     }
@@ -43,7 +43,7 @@ impl Map<'_> {
         let [re, im] = self.store.get(place, chirp);
         let cell = Complex::new(re, im);
         let still = usize::try_from(place).ok().and_then(|place| self.background.get(place));
-        still.map_or(cell, |still| cell - still * f32::two_to(-self.store.exponent))
+        still.map_or(cell, |still| cell - still * f32::two_to(-self.store.filled.exponent))
     }
 
     /// A bin over the chirps, less the echoes. Where a beat walks, by `walk` bins a chirp, the bin goes with it, to the nearest whole one.

@@ -44,16 +44,6 @@ pub struct FrameTarget {
     pub ln_chance: f32,
 }
 
-impl FrameTarget {
-    /// Makes the target [`Verdict::Clipped`] where more than a share of [`CLIPPED`] of a frame's `samples` touches a rail: the harmonics of a
-    /// clipped echo look like targets. I and Q count as one sample.
-    pub fn beside_rails(&mut self, clipped: u32, samples: usize) {
-        if clipped as f32 > CLIPPED * samples as f32 {
-            self.target.verdict = self.target.verdict.max(Verdict::Clipped);
-        }
-    }
-}
-
 /// From these odds on the target's own movement during the frame decides an alias.
 const SURE: f32 = 1e4;
 
@@ -146,6 +136,9 @@ impl Map<'_> {
         }
         if nearest < CROWDED {
             reasons = reasons.with(Verdict::Unresolved);
+        }
+        if self.store.filled.clipped as f32 > CLIPPED * n * chirps {
+            reasons = reasons.with(Verdict::Clipped);
         }
         if ln_chance > plan.false_alarm.log_e() {
             reasons = reasons.with(Verdict::Weak);

@@ -108,10 +108,7 @@ impl Frames {
         let (chirps, together) = (self.layout.chirps as u64, self.layout.together);
         let cells = Cells::Wide(&mut self.cells);
         let mut frame = Frame::new(self.plan, cells).ok_or("There is no memory for a frame.")?;
-        let (mut beyond, mut quiet, mut missing, mut clipped) = (false, true, false, 0);
-        let (iq, (low, high)) = (self.blocks.recording().iq(), self.codes.rails());
-        let inside = |part: i16| low < part && part < high;
-        let touches = |parts: &[i16; 2]| !inside(parts[0]) || iq && !inside(parts[1]);
+        let (mut beyond, mut quiet, mut missing) = (false, true, false);
         loop {
             let block = self.blocks.next_block().map_err(|error| sentence(&name, &error))?;
             let Some((_, samples)) = block else {
@@ -131,15 +128,15 @@ impl Frames {
             }
             if place.is_multiple_of(chirps) {
                 frame.clear();
-                (beyond, quiet, missing, clipped) = (false, true, false, 0);
+                (beyond, quiet, missing) = (false, true, false);
             }
             let unfit = Unfit::of(samples, self.codes);
             beyond |= unfit == Some(Unfit::Beyond);
             quiet &= unfit == Some(Unfit::Quiet);
             let record: Vec<[i16; 2]> = samples.iter().map(Sample::code).collect();
-            clipped += record.iter().filter(|parts| touches(parts)).count() as u32;
             missing |= self.blocks.missing() > 0;
-            if !frame.push(&self.station.view(&record)) {
+            let (clipped, view) = self.station.view(&record);
+            if !frame.push(&view, clipped) {
                 continue;
             }
             let unfit = beyond.then_some(Unfit::Beyond).or(quiet.then_some(Unfit::Quiet));
@@ -149,9 +146,7 @@ impl Frames {
                 continue;
             }
             let first = self.chirps - chirps;
-            let mut targets = frame.targets();
-            let samples = self.layout.chirps * self.plan.record();
-            targets.iter_mut().for_each(|found| found.beside_rails(clipped, samples));
+            let targets = frame.targets();
             self.map = map(&frame, number, &targets);
             let time_s = (first as f64 + 0.5 * chirps as f64) * self.layout.period_s;
             let answer = |found: &FrameTarget| {

@@ -6,9 +6,8 @@ use crate::seen::{Seen, Trial};
 use picket_dsp::config::SPEED_OF_LIGHT;
 use picket_dsp::frame::{Cells, Frame, FrameConfig, FramePlan, FrameTarget, settle};
 use picket_dsp::solve::phase_range::{Calibration, PhaseRanging};
-use picket_dsp::spectrum::Spectrum;
 use picket_dsp::spectrum::engine;
-use picket_dsp::{Chirp, Record, Segment};
+use picket_dsp::{Chirp, Pipeline, Plan, Record, Segment};
 use picket_simulator::{Run, Truth};
 use std::f64::consts::TAU;
 
@@ -88,11 +87,11 @@ fn targets<R: Record, const N: usize, E: engine::Engine>(
     let Some(mut frame) = Frame::new(plan, Cells::Narrow(&mut cells)) else {
         panic!("{}: too few cells", case.label)
     };
-    let mut spectrum = Box::new(Spectrum::<R, N, E>::new());
+    let plan_of_chirps = Plan::tone(scene.rate_hz, case.config.codes);
+    let mut pipeline = Box::new(Pipeline::<R, N, E>::new(plan_of_chirps));
     for index in 0..chirps {
-        let samples = samples::<R, N>(run, index);
-        spectrum.transform(&samples, case.config.codes);
-        frame.push(&spectrum.view());
+        let clipped = pipeline.look(&samples::<R, N>(run, index));
+        frame.push(&pipeline.spectrum().view(), clipped);
     }
     (plan, frame.targets().to_vec())
 }
