@@ -5,9 +5,8 @@ use super::echo::Echo;
 use super::fit::Fitted;
 use super::map::Map;
 use super::noise::Beside;
-use super::plan::{MOST_ALIASES, ON_BOUND};
+use super::plan::ON_BOUND;
 use crate::frequency::Frequency;
-use crate::list::insert;
 use crate::math::fixed_point::{in_steps, to_f32};
 use crate::math::scalar::Scalar as _;
 use crate::solve::beats::stretched;
@@ -22,7 +21,6 @@ use crate::tone::sigma::{CLIPPED, sigma_bins};
 use crate::tone::verdict::Reasons;
 use crate::tone::{Tone, Verdict};
 use fixed::types::I32F32;
-use heapless::Vec;
 
 /// A target of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -57,20 +55,11 @@ const CROWDED: f32 = 2.0;
 const EDGE: f32 = 1.5;
 
 impl Map<'_> {
-    /// The aliases of an echo within the bounds, each with its evidence, a power in units of the noise, the best first. All other echoes
-    /// are subtracted from the cells.
-    pub fn aliases(&self, echo: &Echo, noise: f32) -> Vec<(i32, f32), MOST_ALIASES> {
-        let plan = self.plan;
-        let [first, last] = plan.aliases(echo);
-        let mut all = Vec::<(i32, f32), MOST_ALIASES>::new();
-        for alias in first..=last {
-            let mut other = Echo { alias, ..*echo };
-            other.move_on(plan);
-            let power = self.along(&other) / noise;
-            let place = all.iter().position(|&(_, least)| power > least).unwrap_or(all.len());
-            insert(&mut all, place, (alias, power));
-        }
-        all
+    /// The evidence for an alias of an echo, a power. All other echoes are subtracted from the cells.
+    pub fn evidence(&self, echo: &Echo, alias: i32) -> f32 {
+        let mut other = Echo { alias, ..*echo };
+        other.move_on(self.plan);
+        self.along(&other)
     }
 
     /// Range and velocity of an echo.
