@@ -261,7 +261,9 @@ impl Hunt<'_> {
     fn is_likely(&self, place: &Strongest) -> bool {
         let plan = self.map.plan;
         // The search loses 2 dB at the most.
-        let chance = ln_chance(1.7 * place.ratio, self.map.tried(), plan.chirps as f32, 1e6);
+        let [excess, _] = self.map.excess(&place.echo);
+        let chance =
+            ln_chance(1.7 * place.ratio / excess, self.map.tried(), plan.chirps as f32, 1e6);
         chance <= plan.false_alarm.log_e()
     }
 
@@ -363,7 +365,8 @@ impl Hunt<'_> {
         let (tried, rows) = (self.map.tried(), self.map.plan.chirps as f32);
         let Some(beside) = noise::beside(&self.map, &echo) else { return false };
         let Some(fitted) = self.fit(index, false) else { return false };
-        let ratio = fitted.echo.amplitude.norm_sqr() * fitted.energy / beside.power;
+        let [excess, _] = self.map.excess(&fitted.echo);
+        let ratio = fitted.echo.amplitude.norm_sqr() * fitted.energy / (beside.power * excess);
         ln_chance(ratio, tried, rows, beside.cells) <= least
     }
 

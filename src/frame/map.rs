@@ -1,7 +1,7 @@
 //! The cells less the background and the echoes found so far.
 
 use super::cells::Store;
-use super::echo::{Echo, Share};
+use super::echo::{Echo, Share, kernel};
 use super::plan::FramePlan;
 use crate::math::scalar::Scalar as _;
 use crate::math::series::circle;
@@ -95,6 +95,21 @@ impl Map<'_> {
                 }
             }
         }
+    }
+
+    /// The noise in the beat and in the turn of an echo, over that of the cells around it. The background's noise, 1/M of a chirp's, is the
+    /// same in every chirp: it adds up as an echo at rest does.
+    pub fn excess(&self, echo: &Echo) -> [f32; 2] {
+        if self.background.is_empty() {
+            return [1.0; 2];
+        }
+        let chirps = self.plan.chirps;
+        let sum = |turn: f32| kernel(chirps, -echo.row, turn, 0.0).re / chirps as f32;
+        let (along, slope) =
+            (sum(echo.turn), 2.0 * (sum(echo.turn + 0.25) - sum(echo.turn - 0.25)));
+        // The turn's weights are those of a line through the chirps, of which the slope over pi is the sum.
+        let slope = slope * (core::f32::consts::FRAC_1_PI * 1.732_050_8);
+        [1.0 + along * along, 1.0 + slope * slope]
     }
 
     /// Whether a bin is kept.

@@ -178,7 +178,7 @@ impl<'a> Frame<'a> {
         self.targets_beside(&[])
     }
 
-    /// [`Frame::targets`] less the background that [`Frame::background`] recorded.
+    /// [`Frame::targets`] less the background that [`Frame::background`] recorded of one frame.
     pub fn targets_beside(&self, background: &[Complex<f32>]) -> Vec<FrameTarget, TARGETS> {
         let mut search = Search::new();
         while search.step_beside(self, background) {}
@@ -205,7 +205,7 @@ impl<'a> Frame<'a> {
     }
 
     /// Records the clutter at rest: the mean over the frame's chirps, a number for each kept bin. Returns its share of all power, 0 to 1:
-    /// little power is little to subtract. The caller keeps the time. Its noise adds to that of cells at rest, by 1/M of a chirp's.
+    /// little power is little to subtract. The caller keeps the time. Its noise, 1/M of a chirp's, is in the sigmas of targets near rest.
     pub fn background(&self, still: &mut [Complex<f32>]) -> f32 {
         let (mut power, mut all) = (0.0, 0.0);
         let chirps = self.plan.chirps;

@@ -96,9 +96,10 @@ impl Map<'_> {
         let (n, chirps) = (plan.n as f32, plan.chirps as f32);
         let echo = &fitted.echo;
         let power = echo.amplitude.norm_sqr();
-        let ratio = power * fitted.energy / beside.power;
+        let [excess, excess_turn] = self.excess(echo);
+        let ratio = power * fitted.energy / (beside.power * excess);
         // The noise of a sample of each record.
-        let beat_noise = beside.power / (n * chirps);
+        let beat_noise = beside.power * excess / (n * chirps);
         let turn_noise = beside.power * chirps / fitted.energy;
         let class = |fit, length: usize, noise| {
             let beside = ring::from_power(noise, 2.0 * beside.cells);
@@ -109,7 +110,8 @@ impl Map<'_> {
         let FitTest { line: second, variance_inflation: wider_turn } =
             class(&fitted.turn, plan.chirps, turn_noise);
         let sigma_beat = sigma_bins(&fitted.beat, plan.n, beat_noise * wider) / n;
-        let sigma_turn = sigma_bins(&fitted.turn, plan.chirps, turn_noise * wider_turn) / chirps;
+        let sigma_turn =
+            sigma_bins(&fitted.turn, plan.chirps, turn_noise * wider_turn * excess_turn) / chirps;
         let [range, velocity] = self.place(echo);
         let sigma_velocity = (sigma_turn * plan.velocity.float).abs();
         // Metres of range for a metre per second.
