@@ -15,6 +15,7 @@
 use core::f32::consts::FRAC_PI_3;
 
 /// The natural logarithm of the probability that noise exceeds this power, in units of the noise, somewhere among these cells.
+#[inline(never)] // once in an image
 pub(super) fn ln_chance(power: f32, cells: f32, rows: f32, noise_cells: f32) -> f32 {
     if power <= 1.0 {
         return 0.0;

@@ -329,6 +329,7 @@ impl Hunt<'_> {
     }
 
     /// Fits an echo once more. Returns whether it moved by no more than this share of its sigma; `None` without a fit.
+    #[inline(never)] // once in an image
     fn refit(&mut self, index: usize, first: bool, share: f32) -> Option<bool> {
         let fitted = self.fit(index, first)?;
         let Fitted { beat, turn, moved: [beat_moved, turn_moved], .. } = &fitted;
@@ -345,6 +346,7 @@ impl Hunt<'_> {
     }
 
     /// Fits one echo to the cells less the others.
+    #[inline(never)] // once in an image
     fn fit(&mut self, index: usize, first: bool) -> Option<Fitted> {
         self.without(index, |map, echo| map.fit(echo, first))?
     }

@@ -99,6 +99,7 @@ impl Map<'_> {
 
     /// The noise in the beat and in the turn of an echo, over that of the cells around it. The background's noise, 1/M of a chirp's, is the
     /// same in every chirp: it adds up as an echo at rest does.
+    #[inline(never)] // once in an image
     pub fn excess(&self, echo: &Echo) -> [f32; 2] {
         if self.background.is_empty() {
             return [1.0; 2];
