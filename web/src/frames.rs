@@ -162,7 +162,7 @@ impl Frames {
     /// The map of the last frame: the frame's number, chirps and bins; the range of the first bin at rest and from bin to bin, m; the velocity of the first
     /// row and from row to row, m/s; what the range of a place grows by for a m/s; the number of targets. Of each target: range, its sigma, velocity, its
     /// sigma, their covariance, range and velocity in the map, signal-to-noise ratio in dB, verdict, and of the number of aliases the velocity and the odds
-    /// each. Then the powers in dB of a code, row by row.
+    /// each. Then the powers in dB of a code, row by row; a board does not tell them.
     pub fn map(&self) -> &[f64] {
         &self.map
     }
@@ -176,12 +176,29 @@ fn told_so(error: &str) -> String {
 fn map(frame: &Frame<'_>, number: u64, targets: &[FrameTarget]) -> Vec<f64> {
     let plan = frame.plan();
     let (bins, chirps, first) = (plan.bins(), plan.chirps(), plan.first());
+    let mut numbers = places(plan, number as f64, targets);
+    let mut powers = vec![0.0f32; bins * chirps];
+    for bin in 0..bins {
+        let mut column = vec![0.0; chirps];
+        frame.powers(first + bin as i32, &mut column);
+        for (row, power) in column.iter().enumerate() {
+            powers[row * bins + bin] = *power;
+        }
+    }
+    let decibels = |power: &f32| 10.0 * libm::log10(f64::from(*power) + 1e-20);
+    numbers.extend(powers.iter().map(decibels));
+    numbers
+}
+
+/// [`Frames::map`] without the powers.
+pub fn places(plan: &FramePlan, number: f64, targets: &[FrameTarget]) -> Vec<f64> {
+    let (bins, chirps, first) = (plan.bins(), plan.chirps(), plan.first());
     let half = chirps as f32 / 2.0;
     let cell = |bin: f32, row: f32| plan.cell(bin, row).map(f64::from);
     let [origin, slowest] = [cell(first as f32, 0.0)[0], cell(0.0, -half)[1]];
     let [range_step, velocity_step] = [cell(1.0, 0.0)[0], cell(0.0, 1.0)[1]];
     let shift = cell(0.0, 1.0)[0] / velocity_step;
-    let mut numbers = vec![number as f64, chirps as f64, bins as f64];
+    let mut numbers = vec![number, chirps as f64, bins as f64];
     numbers.extend([origin, range_step, slowest, velocity_step, shift, targets.len() as f64]);
     for found in targets {
         let view::FrameTarget { target, covariance, .. } = view::FrameTarget::from_found(found);
@@ -203,16 +220,6 @@ fn map(frame: &Frame<'_>, number: u64, targets: &[FrameTarget]) -> Vec<f64> {
             numbers.extend([candidate.velocity_mps, candidate.odds]);
         }
     }
-    let mut powers = vec![0.0f32; bins * chirps];
-    for bin in 0..bins {
-        let mut column = vec![0.0; chirps];
-        frame.powers(first + bin as i32, &mut column);
-        for (row, power) in column.iter().enumerate() {
-            powers[row * bins + bin] = *power;
-        }
-    }
-    let decibels = |power: &f32| 10.0 * libm::log10(f64::from(*power) + 1e-20);
-    numbers.extend(powers.iter().map(decibels));
     numbers
 }
 
