@@ -468,16 +468,11 @@ function pour(spectrum, row) {
 
 /** The map of the newest frame and its targets. */
 function drawFrame(now) {
-  if (now - page.shown <= 200) {
-    // The last frame of several is drawn, too.
-    if (page.shown !== Infinity) page.drawn = -1;
-    return;
-  }
+  if (now - page.shown <= 200) return void (page.drawn = page.shown < Infinity ? -1 : page.drawn);
   page.shown = now;
   if (page.name === "board") measureIn();
   const map = page.core.map();
   if (map) charts.map.show(map, page.core.verdicts);
-  // Its settings come later.
   else if (page.name === "board") page.drawn = -1;
   titles();
   charts.first.show();
@@ -557,7 +552,6 @@ function frame(now) {
     try {
       const rows = page.source.advance(seconds);
       const { frames, raw, heard } = page.core.state();
-      // Other settings of a board are another view.
       if (page.name === "board" && frames !== page.frames) inFrames(frames);
       if (rows.length) take(rows);
       else if (page.name === "board") { known(); counters(); listTones(tonesNow()); }
