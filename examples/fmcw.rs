@@ -80,7 +80,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             if stamp.sequence == 0 {
                 println!("one chirp: {}", measurement.tone);
             }
-            if !frame.push(&pipeline.spectrum().view()) {
+            if !frame.push(&pipeline.spectrum().view(), measurement.clipped) {
                 return;
             }
             // The stamp is the last ramp's.

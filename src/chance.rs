@@ -88,6 +88,7 @@ pub(crate) fn ln_of_sum(evidence: f32, blocks: u32, width: u32, dof: f32) -> f32
 ///
 /// The map is a cylinder, closed over the rows, so its two ends add `sqrt(pi x / 3) exp(-x)` for each row. The noise is a mean of `F`
 /// cells, half of its degrees of freedom, over which `exp(-x)` becomes `(1 + x / F)^-F`.
+#[inline(never)] // once in an image
 pub(crate) fn ln_of_map(power: f32, cells: f32, rows: f32, dof: f32) -> f32 {
     if power <= 1.0 {
         return 0.0;

@@ -256,8 +256,8 @@ impl<R: Record, const N: usize> Meter<R, N> {
         // SAFETY: as the caller promises.
         unsafe {
             let meter = &*Slot::open(memory.cast_mut(), Self::NUMBER)?;
-            meter.last.as_ref().ok_or(Status::NoBlock)?;
-            frames::push(frame, &meter.pipeline.spectrum().view(), complete)
+            let clipped = meter.last.as_ref().ok_or(Status::NoBlock)?.clipped;
+            frames::push(frame, (&meter.pipeline.spectrum().view(), clipped), complete)
         }
     }
 }

@@ -127,13 +127,13 @@ unsafe extern "C" fn picket_frame_init(
     Status::from(done()) as i32
 }
 
-/// Takes the bins of the next chirp.
+/// Takes the bins of the next chirp, of whose samples so many touch a rail.
 ///
 /// # Safety
 /// Pointers that are not NULL point to what their types say.
 pub unsafe fn push(
     memory: *mut Slot<Framed>,
-    view: &View<'_>,
+    (view, clipped): (&View<'_>, u32),
     complete: *mut u8,
 ) -> Result<(), Status> {
     // SAFETY: as the caller promises.
@@ -141,7 +141,7 @@ pub unsafe fn push(
         let Framed(frame) = Slot::open(memory, FRAME)?;
         let complete = Out::at(complete)?;
         let before = frame.filled();
-        let whole = frame.push(view);
+        let whole = frame.push(view, clipped);
         // A chirp of another kind or length leaves a frame as it was.
         if !whole && frame.filled() == before {
             return Err(Status::Samples);

@@ -1,4 +1,5 @@
-/* A frame of chirps from a file: its targets, the range of each by phase, its budget, and its way. A line of numbers for each target. */
+/* A frame of chirps from a file, whose codes end at two rails: its targets, the range of each by phase, its budget, and its way. A line of numbers
+ * for each target. */
 #include "picket.h"
 #include <stdio.h>
 #include <stdlib.h>
@@ -28,8 +29,10 @@ int main(int count, char **arguments) {
     picket_uncertainty known = {20.0f, 1.0f, 100.0f, 0.0f, 1e-3f, 0.1f};
     picket_calibration calibration = {0.3f, 0.01f, 2e-3f, 1e-4f, 0.0f, 10.0f};
     size_t cells = 0, found = 0;
-    FILE *file = count > 1 ? fopen(arguments[1], "rb") : NULL;
+    FILE *file = count > 3 ? fopen(arguments[1], "rb") : NULL;
     if (file == NULL) return 2;
+    config.low_code = (int16_t)atoi(arguments[2]);
+    config.high_code = (int16_t)atoi(arguments[3]);
     scene.kind = PICKET_SCENE_CHIRP;
     scene.shape = PICKET_SAWTOOTH;
     scene.mixing = PICKET_TX_CONJ_RX;

@@ -7,11 +7,11 @@ mod projects;
 use host_tests::needed;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::Stamp;
-use picket_dsp::frame::{Cells, Frame, FrameConfig};
+use picket_dsp::frame::{Cells, Frame, FrameConfig, FrameTarget};
 use picket_dsp::solve::displacement::Unwrapper;
 use picket_dsp::solve::phase_range::{Calibration, PhaseRanging};
 use picket_dsp::solve::uncertainty::Uncertainty;
-use picket_dsp::{Chirp, Config, Iq, Segment, Shape};
+use picket_dsp::{Chirp, Config, Iq, Segment, Shape, Verdict};
 use picket_host::analyze::{self, Analysis};
 use picket_host::arithmetic::Arithmetic;
 use picket_host::c::{Core, package};
@@ -232,13 +232,44 @@ fn frames_are_those_of_the_library() {
     (scene.receiver.iq, scene.receiver.noise.snr_db) = (true, Some(10.0.into()));
     let mut run = scene.run(0).unwrap();
     let records: Vec<Vec<[i16; 2]>> = (0..chirps).map(|index| run.record(index, n)).collect();
-    let file = temporary("frames").join("chirps.cs16");
-    let bytes = records.iter().flatten().flatten().flat_map(|code| code.to_le_bytes());
-    fs::write(&file, bytes.collect::<Vec<u8>>()).unwrap();
+    let middle_s = 0.5 * (scene.start_s(0, n) + scene.start_s(chirps - 1, n)) + 127.5 / 2.56e6;
+    let program = program("gcc", "frames.c", &[]);
+    for codes in [Codes::signed::<12>(), Codes::signed::<9>()] {
+        let (low, high) = codes.rails();
+        let clamped = |record: &Vec<[i16; 2]>| {
+            record.iter().map(|parts| parts.map(|part| part.clamp(low, high))).collect()
+        };
+        let records: Vec<Vec<[i16; 2]>> = records.iter().map(clamped).collect();
+        let expected = rows(&records, chirp, codes);
+        let file = temporary("frames").join("chirps.cs16");
+        let bytes = records.iter().flatten().flatten().flat_map(|code| code.to_le_bytes());
+        fs::write(&file, bytes.collect::<Vec<u8>>()).unwrap();
+        let mut command = Command::new(&program);
+        let out = said(command.arg(&file).args([low, high].map(|rail| rail.to_string())));
+        let seen = out.lines().map(|line| line.split(' ').map(|x| x.parse().unwrap()).collect());
+        let seen: Vec<Vec<f64>> = seen.collect();
+        assert_eq!(seen, expected);
+        assert!(seen.len() >= 2, "{out}");
+        let verdict = if high > 300 { Verdict::Good } else { Verdict::Clipped };
+        assert!(seen.iter().all(|row| row[4] == f64::from(verdict as u8)), "{out}");
+        if verdict == Verdict::Clipped {
+            continue;
+        }
+        assert_eq!(seen.len(), 2, "{out}");
+        for (index, row) in seen.iter().enumerate() {
+            let truth = run.truth(index, middle_s, 1);
+            assert!((row[0] - truth.range_m.unwrap()).abs() < 5.0 * row[2], "{row:?}");
+            assert!((row[1] - truth.velocity_mps.unwrap()).abs() < 5.0 * row[3], "{row:?}");
+        }
+    }
+}
 
+/// What the library says of a frame, in the numbers of `frames.c`.
+fn rows(records: &[Vec<[i16; 2]>], chirp: Chirp, codes: Codes) -> Vec<Vec<f64>> {
+    let n = 256;
     let config = FrameConfig {
         velocity_mps: Some((-8.0, 8.0)),
-        ..FrameConfig::new(chirp, 2.56e6, n, true, chirps, 120e-6)
+        ..FrameConfig::new(chirp, 2.56e6, n, true, records.len(), 120e-6)
     };
     let plan = config.plan().unwrap();
     let mut cells = vec![[0i16; 2]; plan.cells()];
@@ -246,14 +277,14 @@ fn frames_are_those_of_the_library() {
     let pipeline_config = Config {
         scene: picket_dsp::Scene::Chirp(chirp),
         velocity_mps: Some((-8.0, 8.0)),
-        ..Config::new(2.56e6, picket_dsp::Codes::signed::<12>())
+        ..Config::new(2.56e6, codes)
     };
     let mut pipeline = picket_dsp::Pipeline::<Iq, 256>::new(pipeline_config.plan().unwrap());
     let mut way = Unwrapper::of_scene(&pipeline_config.scene, 2.56e6, n, true, 0.25).unwrap();
     let mut moved = Default::default();
     for (index, record) in records.iter().enumerate() {
         let seen = pipeline.record(record).unwrap();
-        frame.push(&pipeline.spectrum().view());
+        frame.push(&pipeline.spectrum().view(), seen.clipped);
         let stamp = Stamp { clock: 300 * index as u64, ..Stamp::default() };
         for line in pipeline.lines(&seen, 1) {
             moved = way.push(&stamp, &line);
@@ -276,13 +307,13 @@ fn frames_are_those_of_the_library() {
         range_offset_m: 1e-3,
         phase_rad: 0.1,
     };
-    let expected = frame.targets().into_iter().map(|found| {
+    let row = |found: &FrameTarget| {
         let target = &found.target;
         let velocity = target.velocity.unwrap();
         let range = ranging.of_target(Segment::Up, &found.line, target);
         let budget = known.of_target(target, 0.0).of_mean(4);
         let by_phase = known.of_phase_range(&range, 2.0 * range.spacing());
-        [
+        vec![
             target.range.to_num::<f64>(),
             velocity.to_num(),
             target.sigma_range.into(),
@@ -299,18 +330,8 @@ fn frames_are_those_of_the_library() {
             by_phase.total()[0].into(),
             moved.metres.to_num(),
         ]
-    });
-    let out = said(Command::new(program("gcc", "frames.c", &[])).arg(&file));
-    let seen = out.lines().map(|line| line.split(' ').map(|x| x.parse().unwrap()).collect());
-    let (seen, expected): (Vec<Vec<f64>>, Vec<_>) = (seen.collect(), expected.collect());
-    assert_eq!(seen, expected);
-    assert_eq!(seen.len(), 2, "{out}");
-    let middle_s = 0.5 * (scene.start_s(0, n) + scene.start_s(chirps - 1, n)) + 127.5 / 2.56e6;
-    for (index, row) in seen.iter().enumerate() {
-        let truth = run.truth(index, middle_s, 1);
-        assert!((row[0] - truth.range_m.unwrap()).abs() < 5.0 * row[2], "{row:?}");
-        assert!((row[1] - truth.velocity_mps.unwrap()).abs() < 5.0 * row[3], "{row:?}");
-    }
+    };
+    frame.targets().iter().map(row).collect()
 }
 
 /// Blocks of each kind and length on a board in an emulator: a tenth, unless PICKET_LONG asks for as many as here.

@@ -1,13 +1,16 @@
 //! The recording that docs/board.md replays is what its command makes.
 
-use fixed::types::I0F32;
-use picket_dsp::acquire::sample::Stamp;
+use fixed::types::{I0F32, I32F32};
+use picket_dsp::acquire::sample::{Segment, Stamp};
+use picket_dsp::frame::FrameTarget;
 use picket_dsp::methods::registry::Method;
 use picket_dsp::pipeline::Measurement;
+use picket_dsp::solve::chirp::Target;
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_dsp::tone::{Tone, Verdict};
 use picket_wire::boot::Clock;
+use picket_wire::chirp_frame::{ChirpFrame, Found};
 use picket_wire::frame::{self, Kind};
 use picket_wire::lines::Lines;
 use picket_wire::telemetry::{Basis, Health, Telemetry};
@@ -166,4 +169,106 @@ fn the_tones_of_a_block_are_shown() {
     let number = |at: usize| fields[at].parse::<f64>().unwrap();
     assert_eq!(fields[0], "line");
     assert!((number(1) - 200.5 / 1024.0).abs() < 1e-9 && number(3) == -0.25, "{theirs:?}");
+}
+
+/// A recording of frames of chirps: a line for each target, and for programs one for each frame before its targets. A target whose frame was
+/// lost on the way is left out.
+#[test]
+fn the_targets_of_a_frame_are_shown() {
+    let target = |frame: u32, place: u8, range_m: f64, velocity_mps: f64, verdict: Verdict| {
+        let target = Target {
+            range: I32F32::from_num(range_m),
+            velocity: Some(I32F32::from_num(velocity_mps)),
+            sigma_range: 0.01,
+            sigma_velocity: 0.02,
+            verdict,
+            ..Target::default()
+        };
+        let tone = Tone { sigma: 1e-6, snr: 100.0, verdict, rate_hz: 5e5, ..Tone::default() };
+        let line = ToneWithPhase { tone, phase: 0.5, sigma_phase: 0.01 };
+        let found = FrameTarget { target, covariance: 1e-5, line, ln_chance: -40.0 };
+        Found { frame, place, found }
+    };
+    let frame = |number: u32, targets: u8| ChirpFrame {
+        number,
+        stamp: Stamp {
+            sequence: 100 * number,
+            clock: 108_800 * u64::from(number),
+            segment: Segment::Up,
+            gap: false,
+        },
+        chirps: 64,
+        passed: 36,
+        clipped: 5,
+        targets,
+        search_s: 0.25,
+        rate_hz: 5e5,
+        period_s: 2.176e-3,
+        health: Health { lost: 3, faults: 0 },
+        basis: None,
+    };
+    let bytes = [
+        frame(0, 2).to_frame(),
+        target(0, 0, 12.5, -3.25, Verdict::Good).to_frame(),
+        target(0, 1, 4.25, 1.5, Verdict::Clipped).to_frame(),
+        // Its frame, of number 1, is lost.
+        target(1, 0, 99.0, 0.0, Verdict::Good).to_frame(),
+        frame(2, 0).to_frame(),
+        frame(3, 1).to_frame(),
+        target(3, 0, 12.0, -3.25, Verdict::Good).to_frame(),
+    ]
+    .concat();
+    let file = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("chirp-frames.bin");
+    fs::write(&file, bytes).unwrap();
+    let watch = |flags: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_picket"));
+        let output = command.args(["watch", "--replay"]).arg(&file).args(flags).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let table = watch(&[]);
+    let rows: Vec<Vec<&str>> =
+        table.lines().map(|line| line.split_whitespace().collect()).collect();
+    assert_eq!(rows[0][..3], ["frame", "range", "m"], "{table}");
+    let expected = [
+        (1, [0.0, 12.5, 0.01, -3.25, 0.02, 20.0], "good"),
+        (2, [0.0, 4.25, 0.01, 1.5, 0.02, 20.0], "clipped"),
+        (4, [3.0, 12.0, 0.01, -3.25, 0.02, 20.0], "good"),
+    ];
+    for (row, numbers, verdict) in expected {
+        let (last, before) = rows[row].split_last().unwrap();
+        let before: Vec<f64> = before.iter().map(|word| word.parse().unwrap()).collect();
+        assert_eq!((&before[..], *last), (&numbers[..], verdict), "{table}");
+    }
+    assert_eq!(rows[3], ["2", "no", "target"], "{table}");
+    let json = watch(&["--jsonl"]);
+    let json = json.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+    let json: Vec<serde_json::Value> = json.filter(|line| !line["frame"].is_null()).collect();
+    let (frames, targets): (Vec<_>, Vec<_>) =
+        json.iter().partition(|line| line["chirp_frame"] == true);
+    let of = |lines: &[&serde_json::Value], key: &str| {
+        lines.iter().map(|line| line[key].as_f64().unwrap()).collect::<Vec<_>>()
+    };
+    assert_eq!(
+        (of(&frames, "frame"), of(&targets, "frame")),
+        (vec![0.0, 2.0, 3.0], vec![0.0, 0.0, 3.0])
+    );
+    assert_eq!(
+        (of(&frames, "passed"), of(&frames, "targets")),
+        (vec![36.0; 3], vec![2.0, 0.0, 1.0])
+    );
+    assert_eq!((of(&frames, "time_s")[2], of(&frames, "lost")[0]), (0.6528, 3.0));
+    assert_eq!(of(&targets, "range_m"), [12.5, 4.25, 12.0]);
+    assert_eq!(of(&targets, "velocity_mps"), [-3.25, 1.5, -3.25]);
+    assert_eq!(
+        (of(&targets, "chirp"), &targets[1]["verdict"]),
+        (vec![0.0, 0.0, 300.0], &"clipped".into())
+    );
+    let csv = watch(&["--csv"]);
+    let columns: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    let place = |name: &str| columns[0].iter().position(|column| *column == name).unwrap();
+    assert_eq!(columns[2][place("range_m")].parse::<f64>(), Ok(4.25));
+    assert_eq!((columns.len(), columns[2][place("verdict")]), (4, "clipped"), "{csv}");
+    let plot = watch(&["--teleplot"]);
+    assert!(plot.contains(">targets:2\n") && plot.contains(">target_2_m:4.25\n"), "{plot}");
 }

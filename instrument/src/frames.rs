@@ -2,7 +2,6 @@
 
 use crate::either::Idle;
 use crate::meter::{Advance, Framed, Gathered, Meter};
-use crate::plan::frames;
 use picket_dsp::acquire::sample::{Record, Segment, Stamp};
 use picket_dsp::frame::{Cells, Filled, Frame, FramePlan, FrameTarget, Search};
 use picket_dsp::pipeline::{Measurement, Pipeline};
@@ -63,7 +62,7 @@ impl<R: Record, const N: usize, const CELLS: usize> Meter<R, N> for Frames<R, N,
     }
 
     fn choose(&mut self, settings: &Settings) {
-        self.plan = frames(settings, N).ok().flatten().map_or(Planned::No, Planned::Yes);
+        self.plan = settings.frames(N).ok().flatten().map_or(Planned::No, Planned::Yes);
     }
 
     #[inline(never)] // once in an image, not in each place that measures
@@ -77,17 +76,16 @@ impl<R: Record, const N: usize, const CELLS: usize> Meter<R, N> for Frames<R, N,
         // A frame has no gap: it begins again.
         if self.filled == Filled::NONE || stamp.gap || stamp.sequence != self.next {
             self.filled = Filled::NONE;
-            (self.told.first, self.told.clipped) = (*stamp, 0);
+            self.told.first = *stamp;
         }
         self.next = stamp.sequence.wrapping_add(1);
         let clipped = self.pipeline.look(samples);
-        self.told.clipped = self.told.clipped.saturating_add(clipped);
         let cells = Cells::Narrow(&mut self.cells);
         let Some(mut frame) = Frame::resume(plan, cells, self.filled) else { return nothing };
-        if frame.push(&self.pipeline.spectrum().view()) {
+        if frame.push(&self.pipeline.spectrum().view(), clipped) {
             self.told.passed = self.told.first.sequence.wrapping_sub(self.end);
             self.end = self.next;
-            self.told.number = self.frames;
+            (self.told.number, self.told.clipped) = (self.frames, frame.clipped());
             self.frames = self.frames.wrapping_add(1);
             self.search.begin();
             self.seeks = true;

@@ -5,7 +5,7 @@
 
 use crate::bounds::{Deadline, Refusals, Saves, health};
 use crate::meter::{Advance, Framed, Gathered, Meter, Meters};
-use crate::plan::{Plan, frames};
+use crate::plan::Plan;
 use crate::port::Port;
 use crate::slot::Slot;
 use crate::start::Start;
@@ -115,7 +115,7 @@ where
         return Err(SettingsError::Frames(FramesError::Absent));
     }
     let planned = port.plan(settings)?;
-    match frames(&planned.0.settings, N)? {
+    match planned.0.settings.frames(N)? {
         Some(frames) if frames.cells() > cells => Err(SettingsError::Frames(FramesError::Cells)),
         _ => Ok(planned),
     }
@@ -354,7 +354,7 @@ where
     #[inline(never)] // its room on the stack is not beside a search's
     fn report_frame(&mut self, port: &mut P) {
         let settings = &self.plan.settings;
-        let Ok(Some(frames)) = frames(settings, N) else { return };
+        let Ok(Some(frames)) = settings.frames(N) else { return };
         let Some((framed, targets)) = self.meters.framed::<N>() else { return };
         // All of it, or nothing.
         if !port.has_room((1 + targets.len()) * WIRE) {
@@ -393,7 +393,6 @@ where
             if let Outcome::Target(target) = measurement.result {
                 found.target = target;
             }
-            found.beside_rails(clipped, chirps * N);
             let told = Found { frame: number, place: place as u8, found };
             sent &= port.send(&told.to_frame());
         }

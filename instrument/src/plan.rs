@@ -5,16 +5,14 @@ use picket_dsp::accumulate::MOST_BLOCKS;
 use picket_dsp::acquire::burst::Trigger;
 use picket_dsp::acquire::frontend::Timing;
 use picket_dsp::config::{Config, Scene};
-use picket_dsp::frame::{FrameConfig, FramePlan};
 use picket_dsp::pipeline::Measurement;
 use picket_dsp::plan::EitherPlan;
-use picket_dsp::solve::chirp::Shape;
 use picket_dsp::solve::equations::Chirp;
 use picket_dsp::solve::uncertainty::Total;
 use picket_dsp::{Effort, Method};
 use picket_wire::boot::Clock;
 use picket_wire::settings::{Calibration, Drive, GUARD, Mode, Settings};
-use picket_wire::settings_error::{FramesError, RateError, SettingsError};
+use picket_wire::settings_error::{RateError, SettingsError};
 use picket_wire::telemetry::Basis;
 
 /// Checked settings, and the values that follow from them.
@@ -61,7 +59,7 @@ impl<const N: usize> Plan<N> {
             config.plan().map(EitherPlan::Real)
         };
         let plan = plan.map_err(SettingsError::Config)?;
-        frames(&Settings { config, ..*settings }, N)?;
+        Settings { config, ..*settings }.frames(N)?;
         let timing = Timing { period: length, segments: config.scene.segments() };
         let report_every = settings.report_every.max(1);
         let settings = Settings { config, report_every, ..*settings };
@@ -149,35 +147,6 @@ impl Load {
             _ => Ok(effort),
         }
     }
-}
-
-/// The plan of a frame of chirps of `n` samples, if the settings ask for frames. Their rate and the ramp's duration are the board's.
-///
-/// # Errors
-/// Frames that cannot be gathered.
-#[inline(never)] // once in an image: it is checked, and then used
-pub fn frames(settings: &Settings, n: usize) -> Result<Option<FramePlan>, SettingsError> {
-    let Mode::Frames { chirps, period_s } = settings.mode else { return Ok(None) };
-    let &Settings { iq, config, drive, .. } = settings;
-    let Config { rate_hz, band_hz, range_m, velocity_mps, false_alarm, .. } = config;
-    let alone = settings.further() + settings.order() == 0 && config.following.most == 0;
-    let chirp = match config.scene {
-        Scene::Chirp(chirp) if alone && chirp.shape == Shape::Sawtooth => chirp,
-        _ => return Err(SettingsError::Frames(FramesError::Scene)),
-    };
-    let period_s = match (drive, period_s) {
-        (Drive::External, Some(period_s)) => period_s,
-        (Drive::Dac { .. } | Drive::Adf4159 { .. }, None) => chirp.duration_s,
-        _ => return Err(SettingsError::Frames(FramesError::Period)),
-    };
-    let frames = FrameConfig::new(chirp, rate_hz, n, iq, chirps.into(), period_s);
-    let frames = FrameConfig { false_alarm, range_m, velocity_mps, ..frames };
-    let frames = match band_hz {
-        Some(band) => Ok(frames.in_band(band)),
-        None => frames.in_ranges(),
-    };
-    let plan = frames.and_then(|frames| frames.plan());
-    plan.map(Some).map_err(SettingsError::Config)
 }
 
 /// Whether the mode is compatible with the other settings: sums and bursts have one tone, and no tracks, and further tones and a fundamental

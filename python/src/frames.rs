@@ -3,14 +3,11 @@
 use crate::native::{Native, samples_of};
 use crate::views::{self, Row};
 use picket_dsp::acquire::kind::ForRecord;
-use picket_dsp::acquire::sample::{Data, Statistics};
 use picket_dsp::frame::{Cells, Frame, FrameConfig, FramePlan};
 use picket_dsp::num_complex::Complex;
 use picket_dsp::solve::phase_range::{Calibration, PhaseRanging};
 use picket_dsp::solve::uncertainty::Uncertainty;
-use picket_dsp::spectrum::Spectrum;
-use picket_dsp::spectrum::engine::I32;
-use picket_dsp::{ConfigError, Record, Scene, Segment};
+use picket_dsp::{ConfigError, Pipeline, Plan, Record, Scene, Segment};
 use picket_wire::view;
 use rayon::prelude::*;
 
@@ -113,39 +110,37 @@ impl ForRecord for Frames<'_> {
         let ranging = ranging.transpose()?;
         let found = Found { alias_mps: plan.alias_mps(), bins: plan.bins(), ..Found::default() };
         let parts = if R::IQ { 2 } else { 1 };
-        let of_frame = |number: usize, act: &mut dyn FnMut(&Frame<'_>, u32)| {
+        let of_frame = |number: usize, act: &mut dyn FnMut(&Frame<'_>)| {
             let mut cells = vec![[0i32; 2]; plan.cells()];
             let Some(mut frame) = Frame::new(plan, Cells::Wide(&mut cells)) else { return };
-            let mut spectrum = Box::new(Spectrum::<R, N, I32>::new());
+            let codes = native.config.codes;
+            let mut pipeline = Box::new(Pipeline::<R, N>::new(Plan::tone(rate_hz, codes)));
             let mut samples = Box::new([R::Sample::default(); N]);
             let frame_words = plan.chirps() * N * parts;
             let words = words.get(number * frame_words..).unwrap_or_default();
-            let mut clipped = 0;
             for words in words.chunks_exact(N * parts).take(plan.chirps()) {
                 for (place, sample) in samples.iter_mut().zip(samples_of::<R>(words)) {
                     *place = sample;
                 }
-                clipped += Statistics::clipped(Data::of::<R>(&samples[..]), native.config.codes);
-                spectrum.transform(&samples, native.config.codes);
-                frame.push(&spectrum.view());
+                let clipped = pipeline.look(&samples);
+                frame.push(&pipeline.spectrum().view(), clipped);
             }
-            act(&frame, clipped);
+            act(&frame);
         };
         match wanted {
             Wanted::Plan => Ok(found),
             Wanted::Background => {
                 let mut found =
                     Found { background: vec![Complex::default(); plan.bins()], ..found };
-                of_frame(0, &mut |frame, _| found.share = frame.background(&mut found.background));
+                of_frame(0, &mut |frame| found.share = frame.background(&mut found.background));
                 Ok(found)
             }
             Wanted::Targets(background) => {
                 let count = words.len() / (plan.chirps() * N * parts);
                 let rows = |number: usize| {
                     let mut rows = Vec::new();
-                    of_frame(number, &mut |frame, clipped| {
-                        for seen in &mut frame.targets_beside(background) {
-                            seen.beside_rails(clipped, plan.chirps() * N);
+                    of_frame(number, &mut |frame| {
+                        for seen in &frame.targets_beside(background) {
                             rows.push(row(number, seen, framing, ranging.as_ref()));
                         }
                     });

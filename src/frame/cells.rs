@@ -20,11 +20,13 @@ pub struct Filled {
     pub(super) exponent: i32,
     /// The chirps that are stored.
     pub(super) chirps: usize,
+    /// Their samples that touch a rail.
+    pub(super) clipped: u32,
 }
 
 impl Filled {
     /// A frame that begins.
-    pub const NONE: Self = Self { exponent: 0, chirps: 0 };
+    pub const NONE: Self = Self { exponent: 0, chirps: 0, clipped: 0 };
 }
 
 /// Bins that are read at a time.
@@ -36,10 +38,7 @@ pub(super) struct Store<'a> {
     cells: Cells<'a>,
     chirps: usize,
     bins: usize,
-    /// A cell times `2^exponent` is in codes.
-    pub exponent: i32,
-    /// The chirps that are stored.
-    pub filled: usize,
+    pub filled: Filled,
 }
 
 impl<'a> Store<'a> {
@@ -49,16 +48,16 @@ impl<'a> Store<'a> {
             Cells::Narrow(cells) => cells.len(),
             Cells::Wide(cells) => cells.len(),
         };
-        (room >= chirps * bins).then_some(Self { cells, chirps, bins, exponent: 0, filled: 0 })
+        (room >= chirps * bins).then_some(Self { cells, chirps, bins, filled: Filled::NONE })
     }
 
-    /// Stores the bins of a chirp from `first` on.
-    pub fn push(&mut self, view: &View, first: i32) {
+    /// Stores the bins of a chirp from `first` on, of whose samples so many touch a rail.
+    pub fn push(&mut self, view: &View, first: i32, clipped: u32) {
         let narrow = matches!(self.cells, Cells::Narrow(_));
         self.fit_in(view, first, if narrow { 15 } else { 31 });
-        let shift = self.exponent.wrapping_sub(view.exponent).clamp(0, 31) as u32;
+        let shift = self.filled.exponent.wrapping_sub(view.exponent).clamp(0, 31) as u32;
         let half = (1i32 << shift) >> 1;
-        let (chirps, chirp) = (self.chirps, self.filled);
+        let (chirps, chirp) = (self.chirps, self.filled.chirps);
         let mut bin = 0;
         while bin < self.bins {
             let mut places = [const { MaybeUninit::uninit() }; CHUNK];
@@ -82,7 +81,8 @@ impl<'a> Store<'a> {
                 bin += 1;
             }
         }
-        self.filled += 1;
+        self.filled.chirps += 1;
+        self.filled.clipped = self.filled.clipped.saturating_add(clipped);
     }
 
     /// Sets the exponent by the first chirp, with a spare bit, and raises it for a louder one.
@@ -99,14 +99,14 @@ impl<'a> Store<'a> {
             bin += CHUNK;
         }
         let bits = 33 - all.leading_zeros();
-        let spare = u32::from(self.filled == 0 && room < 31);
+        let spare = u32::from(self.filled.chirps == 0 && room < 31);
         let needed = view.exponent.wrapping_add((bits + spare).saturating_sub(room) as i32);
-        if self.filled == 0 {
-            self.exponent = needed;
-        } else if needed > self.exponent {
-            let more = needed.wrapping_sub(self.exponent).clamp(1, 31) as u32;
+        if self.filled.chirps == 0 {
+            self.filled.exponent = needed;
+        } else if needed > self.filled.exponent {
+            let more = needed.wrapping_sub(self.filled.exponent).clamp(1, 31) as u32;
             self.lower(more);
-            self.exponent = needed;
+            self.filled.exponent = needed;
         }
     }
 

@@ -1,7 +1,7 @@
 //! The cells less the background and the echoes found so far.
 
 use super::cells::Store;
-use super::echo::{Echo, Share};
+use super::echo::{Echo, Share, kernel};
 use super::plan::FramePlan;
 use crate::math::scalar::Scalar as _;
 use crate::math::series::circle;
@@ -32,7 +32,7 @@ pub(super) struct Map<'a> {
 impl Map<'_> {
     /// The factor that turns a cell of this bin into codes with the phase of the record's middle.
     fn twist(&self, bin: i32) -> Complex<f32> {
-        let unit = f32::two_to(self.store.exponent);
+        let unit = f32::two_to(self.store.filled.exponent);
         let unit = if bin & 1 == 0 { unit } else { -unit };
         circle::<f32>(-bin, 2 * self.plan.n as i32) * unit
     }
@@ -43,7 +43,7 @@ impl Map<'_> {
         let [re, im] = self.store.get(place, chirp);
         let cell = Complex::new(re, im);
         let still = usize::try_from(place).ok().and_then(|place| self.background.get(place));
-        still.map_or(cell, |still| cell - still * f32::two_to(-self.store.exponent))
+        still.map_or(cell, |still| cell - still * f32::two_to(-self.store.filled.exponent))
     }
 
     /// A bin over the chirps, less the echoes. Where a beat walks, by `walk` bins a chirp, the bin goes with it, to the nearest whole one.
@@ -95,6 +95,22 @@ impl Map<'_> {
                 }
             }
         }
+    }
+
+    /// The noise in the beat and in the turn of an echo, over that of the cells around it. The background's noise, 1/M of a chirp's, is the
+    /// same in every chirp: it adds up as an echo at rest does.
+    #[inline(never)] // once in an image
+    pub fn excess(&self, echo: &Echo) -> [f32; 2] {
+        if self.background.is_empty() {
+            return [1.0; 2];
+        }
+        let chirps = self.plan.chirps;
+        let sum = |turn: f32| kernel(chirps, -echo.row, turn, 0.0).re / chirps as f32;
+        let (along, slope) =
+            (sum(echo.turn), 2.0 * (sum(echo.turn + 0.25) - sum(echo.turn - 0.25)));
+        // The turn's weights are those of a line through the chirps, of which the slope over pi is the sum.
+        let slope = slope * (core::f32::consts::FRAC_1_PI * 1.732_050_8);
+        [1.0 + along * along, 1.0 + slope * slope]
     }
 
     /// Whether a bin is kept.

@@ -37,8 +37,8 @@
 //! #         let (sin, cos) = (std::f64::consts::TAU * turns).sin_cos();
 //! #         [(300.0 * cos + noise()) as i16, (300.0 * sin + noise()) as i16]
 //! #     });
-//!     pipeline.record(&samples)?; // the samples of a chirp
-//!     frame.push(&pipeline.spectrum().view());
+//!     let clipped = pipeline.look(&samples); // the samples of a chirp
+//!     frame.push(&pipeline.spectrum().view(), clipped);
 //! }
 //! let targets = frame.targets();
 //! assert_eq!(targets.len(), 1);
@@ -126,13 +126,13 @@ impl<'a> Frame<'a> {
     /// A frame that goes on where another was, in the same cells: for a program that cannot hold a frame together with its cells.
     pub fn resume(plan: FramePlan, cells: Cells<'a>, filled: Filled) -> Option<Self> {
         let mut frame = Self::new(plan, cells)?;
-        (frame.store.exponent, frame.store.filled) = (filled.exponent, filled.chirps);
+        frame.store.filled = filled;
         Some(frame)
     }
 
     /// How far the frame is, for [`Frame::resume`].
     pub const fn so_far(&self) -> Filled {
-        Filled { exponent: self.store.exponent, chirps: self.store.filled }
+        self.store.filled
     }
 
     /// The plan.
@@ -142,26 +142,33 @@ impl<'a> Frame<'a> {
 
     /// The chirps of the frame in progress.
     pub const fn filled(&self) -> usize {
-        self.store.filled
+        self.store.filled.chirps
     }
 
-    /// Takes the bins of the next chirp. Returns whether the frame is complete. A chirp beyond the last one begins a new frame; a
+    /// The samples of these chirps that touch a rail.
+    pub const fn clipped(&self) -> u32 {
+        self.store.filled.clipped
+    }
+
+    /// Takes the bins of the next chirp, and the number of its samples that touch a rail, as [`Pipeline::look`](crate::Pipeline::look) counts them: where more
+    /// than a share of [`CLIPPED`](crate::tone::sigma::CLIPPED) of a frame's do, all its targets are [`Verdict::Clipped`](crate::Verdict::Clipped), because
+    /// the harmonics of a clipped echo look like targets. Returns whether the frame is complete. A chirp beyond the last one begins a new frame; a
     /// chirp of another length or kind is ignored.
-    pub fn push(&mut self, view: &View) -> bool {
+    pub fn push(&mut self, view: &View, clipped: u32) -> bool {
         let (n, chirps) = (self.plan.n, self.plan.chirps);
         if view.layout.n != n || view.layout.iq != self.plan.iq {
             return false;
         }
-        if self.store.filled >= chirps {
+        if self.filled() >= chirps {
             self.clear();
         }
-        self.store.push(view, self.plan.first);
-        self.store.filled == chirps
+        self.store.push(view, self.plan.first, clipped);
+        self.filled() == chirps
     }
 
     /// Begins again: after a gap between chirps.
     pub const fn clear(&mut self) {
-        self.store.filled = 0;
+        self.store.filled = Filled::NONE;
     }
 
     /// The targets of the frame that is complete, the strongest first; none of a frame in progress. All are at least detected, see
@@ -170,7 +177,7 @@ impl<'a> Frame<'a> {
         self.targets_beside(&[])
     }
 
-    /// [`Frame::targets`] less the background that [`Frame::background`] recorded.
+    /// [`Frame::targets`] less the background that [`Frame::background`] recorded of one frame.
     pub fn targets_beside(&self, background: &[Complex<f32>]) -> Vec<FrameTarget, TARGETS> {
         let mut search = Search::new();
         while search.step_beside(self, background) {}
@@ -197,11 +204,11 @@ impl<'a> Frame<'a> {
     }
 
     /// Records the clutter at rest: the mean over the frame's chirps, a number for each kept bin. Returns its share of all power, 0 to 1:
-    /// little power is little to subtract. The caller keeps the time. Its noise adds to that of cells at rest, by 1/M of a chirp's.
+    /// little power is little to subtract. The caller keeps the time. Its noise, 1/M of a chirp's, is in the sigmas of targets near rest.
     pub fn background(&self, still: &mut [Complex<f32>]) -> f32 {
         let (mut power, mut all) = (0.0, 0.0);
         let chirps = self.plan.chirps;
-        let unit = f32::two_to(self.store.exponent);
+        let unit = f32::two_to(self.store.filled.exponent);
         for (bin, still) in still.iter_mut().take(self.plan.bins).enumerate() {
             let mut sum = Complex::new(0.0, 0.0);
             for chirp in 0..chirps {

@@ -3,10 +3,9 @@
 use super::echo::Echo;
 use super::fit::Fitted;
 use super::map::Map;
-use super::plan::{MOST_ALIASES, ON_BOUND};
+use super::plan::ON_BOUND;
 use crate::chance::ln_of_map;
 use crate::frequency::Frequency;
-use crate::list::insert;
 use crate::math::fixed_point::{in_steps, to_f32};
 use crate::math::scalar::Scalar as _;
 use crate::solve::beats::stretched;
@@ -22,7 +21,6 @@ use crate::tone::sigma::{CLIPPED, sigma_bins};
 use crate::tone::verdict::Reasons;
 use crate::tone::{Tone, Verdict};
 use fixed::types::I32F32;
-use heapless::Vec;
 
 /// A target of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -44,16 +42,6 @@ pub struct FrameTarget {
     pub ln_chance: f32,
 }
 
-impl FrameTarget {
-    /// Makes the target [`Verdict::Clipped`] where more than a share of [`CLIPPED`] of a frame's `samples` touches a rail: the harmonics of a
-    /// clipped echo look like targets. I and Q count as one sample.
-    pub fn beside_rails(&mut self, clipped: u32, samples: usize) {
-        if clipped as f32 > CLIPPED * samples as f32 {
-            self.target.verdict = self.target.verdict.max(Verdict::Clipped);
-        }
-    }
-}
-
 /// From these odds on the target's own movement during the frame decides an alias.
 const SURE: f32 = 1e4;
 
@@ -67,20 +55,11 @@ const CROWDED: f32 = 2.0;
 const EDGE: f32 = 1.5;
 
 impl Map<'_> {
-    /// The aliases of an echo within the bounds, each with its evidence, a power in units of the noise, the best first. All other echoes
-    /// are subtracted from the cells.
-    pub fn aliases(&self, echo: &Echo, noise: f32) -> Vec<(i32, f32), MOST_ALIASES> {
-        let plan = self.plan;
-        let [first, last] = plan.aliases(echo);
-        let mut all = Vec::<(i32, f32), MOST_ALIASES>::new();
-        for alias in first..=last {
-            let mut other = Echo { alias, ..*echo };
-            other.move_on(plan);
-            let power = self.along(&other) / noise;
-            let place = all.iter().position(|&(_, least)| power > least).unwrap_or(all.len());
-            insert(&mut all, place, (alias, power));
-        }
-        all
+    /// The evidence for an alias of an echo, a power. All other echoes are subtracted from the cells.
+    pub fn evidence(&self, echo: &Echo, alias: i32) -> f32 {
+        let mut other = Echo { alias, ..*echo };
+        other.move_on(self.plan);
+        self.along(&other)
     }
 
     /// Range and velocity of an echo.
@@ -117,9 +96,10 @@ impl Map<'_> {
         let (n, chirps) = (plan.n as f32, plan.chirps as f32);
         let echo = &fitted.echo;
         let power = echo.amplitude.norm_sqr();
-        let ratio = power * fitted.energy / beside.power;
+        let [excess, excess_turn] = self.excess(echo);
+        let ratio = power * fitted.energy / (beside.power * excess);
         // The noise of a sample of each record.
-        let beat_noise = beside.power / (n * chirps);
+        let beat_noise = beside.power * excess / (n * chirps);
         let turn_noise = beside.power * chirps / fitted.energy;
         let class = |fit, length: usize, noise| {
             let beside = LocalNoise::from_noise(Noise { power: noise, dof: beside.dof });
@@ -130,7 +110,8 @@ impl Map<'_> {
         let FitTest { line: second, variance_inflation: wider_turn } =
             class(&fitted.turn, plan.chirps, turn_noise);
         let sigma_beat = sigma_bins(&fitted.beat, plan.n, beat_noise * wider) / n;
-        let sigma_turn = sigma_bins(&fitted.turn, plan.chirps, turn_noise * wider_turn) / chirps;
+        let sigma_turn =
+            sigma_bins(&fitted.turn, plan.chirps, turn_noise * wider_turn * excess_turn) / chirps;
         let [range, velocity] = self.place(echo);
         let sigma_velocity = (sigma_turn * plan.velocity.float).abs();
         // Metres of range for a metre per second.
@@ -146,6 +127,9 @@ impl Map<'_> {
         }
         if nearest < CROWDED {
             reasons = reasons.with(Verdict::Unresolved);
+        }
+        if self.store.filled.clipped as f32 > CLIPPED * n * chirps {
+            reasons = reasons.with(Verdict::Clipped);
         }
         if ln_chance > plan.false_alarm.log_e() {
             reasons = reasons.with(Verdict::Weak);

@@ -475,6 +475,14 @@ async function bare() {
   await context.close();
 }
 
+/** The map of a frame and the table of its targets. */
+const map = (page) => page.evaluate(() => ({
+  file: document.querySelector("#file-name").textContent, map: document.querySelector("#map canvas").ariaLabel, key: document.querySelector("#map-key").textContent,
+  title: document.querySelector("#map-title").textContent,
+  spectrum: document.querySelector("#spectrum-figure").checkVisibility(), labels: [...document.querySelectorAll("#map .label")].map((label) => label.textContent),
+  targets: [...document.querySelector("#targets").tBodies[0].rows].map((row) => [...row.cells].map((cell) => cell.textContent)),
+}));
+
 /** A cube of chirps: records at first, and frames of targets once the radar is typed beside the answer. */
 async function frames() {
   const { page, errors, context } = await open(browser);
@@ -487,12 +495,7 @@ async function frames() {
   for (const [name, value] of Object.entries(radar)) {
     await measuredAfter(page, () => slide(page, name, value));
   }
-  const read = () => page.evaluate(() => ({
-    file: document.querySelector("#file-name").textContent, map: document.querySelector("#map canvas").ariaLabel, key: document.querySelector("#map-key").textContent,
-    spectrum: document.querySelector("#spectrum-figure").checkVisibility(), labels: [...document.querySelectorAll("#map .label")].map((label) => label.textContent),
-    targets: [...document.querySelector("#targets").tBodies[0].rows].map((row) => [...row.cells].map((cell) => cell.textContent)),
-  }));
-  const seen = await read();
+  const seen = await map(page);
   const found = await hindrances(page, "frames");
   const json = (await saved(page, "json")).toString();
   await page.click("#verdict");
@@ -502,7 +505,7 @@ async function frames() {
   await measured(page);
   await page.waitForFunction(() => / targets measured$/.test(document.querySelector("#file-name").textContent));
   await drawn(page);
-  const open_ = await read();
+  const open_ = await map(page);
   await page.setViewportSize({ width: 390, height: 844 });
   await drawn(page);
   const width = await page.evaluate(() => document.documentElement.scrollWidth);
@@ -577,6 +580,21 @@ async function hasty() {
   await context.close();
 }
 
+/** A board that gathers frames of chirps: the map that it keeps has no powers. */
+async function framed(name) {
+  const { page, errors, context } = await open(browser, DESKTOP, serial(input(name)));
+  await page.keyboard.press("4");
+  await page.click("#connect");
+  await page.waitForFunction(() => window.played);
+  await drawn(page);
+  const found = await hindrances(page, "a board's frames");
+  const known = await page.locator("#known").innerText();
+  const json = (await saved(page, "json")).toString();
+  if (process.env.PICKET_PICTURES) await page.screenshot({ path: join(process.env.PICKET_PICTURES, `${name}.png`), fullPage: true });
+  tell("framed", { errors, session: name, known, found, json, seen: await map(page), ...await answer(page) });
+  await context.close();
+}
+
 async function board(name) {
   const { page, errors, context } = await open(browser, DESKTOP, serial(input(name)));
   await page.keyboard.press("4");
@@ -604,7 +622,7 @@ async function microphone() {
 
 // Frames are timed while nothing else runs; the others share the time that they wait.
 await scenes();
-await Promise.all([hands(), files(), hasty(), several(), board("session.bin"), board("stranger.bin"), microphone()]);
+await Promise.all([hands(), files(), hasty(), several(), board("session.bin"), board("stranger.bin"), framed("frames.bin"), framed("frames-none.bin"), microphone()]);
 await Promise.all([access(), explained(), strange(), choices(), bare(), frames()]);
 await Promise.all([bursts(), design(), sums(), lengths()]);
 await browser.close();

@@ -181,8 +181,8 @@ export class Core {
 
   state() {
     this.exports.picket_state();
-    const [n, iq, rate, kind, full, known, speed, row, frames, records = 0, missing = 0, bad = 0, raw = 0] = this.numbers();
-    return { n, iq: iq !== 0, rate, kind, full, known: known !== 0, speed, row, frames: frames !== 0, records, missing, bad, raw };
+    const [n, iq, rate, kind, full, known, speed, row, frames, records = 0, missing = 0, bad = 0, raw = 0, heard = 0] = this.numbers();
+    return { n, iq: iq !== 0, rate, kind, full, known: known !== 0, speed, row, frames: frames !== 0, records, missing, bad, raw, heard };
   }
 
   checksum(fixed, blocks) {

@@ -468,10 +468,12 @@ function pour(spectrum, row) {
 
 /** The map of the newest frame and its targets. */
 function drawFrame(now) {
-  if (now - page.shown <= 200) return;
+  if (now - page.shown <= 200) return void (page.drawn = page.shown < Infinity ? -1 : page.drawn);
   page.shown = now;
+  if (page.name === "board") measureIn();
   const map = page.core.map();
   if (map) charts.map.show(map, page.core.verdicts);
+  else if (page.name === "board") page.drawn = -1;
   titles();
   charts.first.show();
   charts.second.show();
@@ -483,6 +485,7 @@ function drawFrame(now) {
   }
   speak(now);
   counters();
+  known();
   frameTime();
 }
 
@@ -548,10 +551,12 @@ function frame(now) {
   if (!page.paused && page.source) {
     try {
       const rows = page.source.advance(seconds);
+      const { frames, raw, heard } = page.core.state();
+      if (page.name === "board" && frames !== page.frames) inFrames(frames);
       if (rows.length) take(rows);
       else if (page.name === "board") { known(); counters(); listTones(tonesNow()); }
-      if (rows.length || page.core.state().raw !== page.drawn) {
-        page.drawn = page.core.state().raw;
+      if (rows.length || raw + heard !== page.drawn) {
+        page.drawn = raw + heard;
         if (page.rows.length || page.frames) draw(now);
         page.times.push(performance.now() - begun);
         if (page.times.length > 120) page.times.shift();

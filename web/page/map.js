@@ -64,7 +64,7 @@ export class FrameMap {
     context.fillStyle = `rgb(${TABLE[0].join(",")})`;
     context.fillRect(0, 0, width, height);
     const image = inside.createImageData(bins, 1);
-    for (let row = 0; row < chirps; row += 1) {
+    for (let row = 0; row < chirps && decibels.length; row += 1) {
       for (let bin = 0; bin < bins; bin += 1) {
         const share = (decibels[row * bins + bin] - floor + 3) / Math.max(20, top - floor + 3);
         const place = rangeStep > 0 ? bin : bins - 1 - bin;

@@ -2,6 +2,7 @@
 
 use crate::answer::Answer;
 use crate::device::{Blocks, Listener, Said};
+use crate::heard::Heard;
 use crate::row::row;
 use crate::settings::{Kind, Settings};
 use crate::station::Station;
@@ -36,6 +37,8 @@ pub struct Board {
     fundamental: Option<Tone>,
     burst: Option<Burst>,
     sum: Option<Sum>,
+    /// Its frames of chirps, if that is what it gathers.
+    pub heard: Option<Heard>,
     /// The sample rate of the last record, if it reports one.
     told_hz: Option<f64>,
     /// The settings have become unknown.
@@ -88,7 +91,16 @@ impl Board {
                     let rate_hz = self.rate_of(said.sequence);
                     self.fundamental = Some(Tone { rate_hz, ..said.harmonic.tone });
                 }
-                Some(Said::Follow(_) | Said::ChirpFrame(_) | Said::Found(_)) | None => {}
+                Some(Said::ChirpFrame(frame)) => {
+                    (self.told_hz, settings.rate_hz) = (Some(frame.rate_hz), frame.rate_hz);
+                    let heard = self.heard.get_or_insert_default();
+                    answers.extend(heard.frame(&frame, settings));
+                }
+                Some(Said::Found(found)) => {
+                    let rows = self.heard.as_mut().map(|heard| heard.target(&found, settings));
+                    answers.extend(rows.unwrap_or_default());
+                }
+                Some(Said::Follow(_)) | None => {}
             }
         }
         answers
@@ -100,7 +112,7 @@ impl Board {
         if told.is_some() && self.told_hz.is_some() && told != self.told_hz {
             self.forget();
         }
-        self.told_hz = told;
+        (self.told_hz, self.heard) = (told, None);
         let rate_hz = self.rate_of(record.measurement.stamp.sequence);
         if rate_hz > 0.0 {
             settings.rate_hz = rate_hz;
@@ -127,7 +139,7 @@ impl Board {
     /// The settings may be others now: the page asks for them.
     fn forget(&mut self) {
         (self.device, self.station, self.fundamental) = (None, None, None);
-        (self.burst, self.sum) = (None, None);
+        (self.burst, self.sum, self.heard) = (None, None, None);
         self.lines = Lines::default();
         self.asks = true;
     }
@@ -164,6 +176,12 @@ impl Board {
     /// The tones that the board sent last, see [`row`].
     pub fn tones(&self) -> impl Iterator<Item = f64> {
         self.lines.tones.iter().flat_map(|tone| row(tone, self.lines_hz))
+    }
+
+    /// The map of its last frame of chirps, see [`Heard::map`].
+    pub fn map(&self) -> Vec<f64> {
+        let both = self.heard.as_ref().zip(self.device.as_ref());
+        both.map_or_else(Vec::new, |(heard, device)| heard.map(device))
     }
 
     fn measure(&mut self, sequence: u32, bytes: &[u8], iq: bool) {
@@ -256,6 +274,9 @@ impl Board {
         if let Some(sum) = &self.sum {
             let digits = -sum.ln_chance / core::f32::consts::LN_10;
             say("sum", format!("{} blocks, noise alone once in 10^{digits:.1}", sum.blocks));
+        }
+        if let Some(words) = self.heard.as_ref().and_then(Heard::words) {
+            say("frame", words);
         }
         if let Some(status) = &self.status {
             say("load", format!("{:.1} %", f64::from(status.load) / 10.0));

@@ -108,10 +108,7 @@ impl Frames {
         let (chirps, together) = (self.layout.chirps as u64, self.layout.together);
         let cells = Cells::Wide(&mut self.cells);
         let mut frame = Frame::new(self.plan, cells).ok_or("There is no memory for a frame.")?;
-        let (mut beyond, mut quiet, mut missing, mut clipped) = (false, true, false, 0);
-        let (iq, (low, high)) = (self.blocks.recording().iq(), self.codes.rails());
-        let inside = |part: i16| low < part && part < high;
-        let touches = |parts: &[i16; 2]| !inside(parts[0]) || iq && !inside(parts[1]);
+        let (mut beyond, mut quiet, mut missing) = (false, true, false);
         loop {
             let block = self.blocks.next_block().map_err(|error| sentence(&name, &error))?;
             let Some((_, samples)) = block else {
@@ -131,15 +128,15 @@ impl Frames {
             }
             if place.is_multiple_of(chirps) {
                 frame.clear();
-                (beyond, quiet, missing, clipped) = (false, true, false, 0);
+                (beyond, quiet, missing) = (false, true, false);
             }
             let unfit = Unfit::of(samples, self.codes);
             beyond |= unfit == Some(Unfit::Beyond);
             quiet &= unfit == Some(Unfit::Quiet);
             let record: Vec<[i16; 2]> = samples.iter().map(Sample::code).collect();
-            clipped += record.iter().filter(|parts| touches(parts)).count() as u32;
             missing |= self.blocks.missing() > 0;
-            if !frame.push(&self.station.view(&record)) {
+            let (clipped, view) = self.station.view(&record);
+            if !frame.push(&view, clipped) {
                 continue;
             }
             let unfit = beyond.then_some(Unfit::Beyond).or(quiet.then_some(Unfit::Quiet));
@@ -149,9 +146,7 @@ impl Frames {
                 continue;
             }
             let first = self.chirps - chirps;
-            let mut targets = frame.targets();
-            let samples = self.layout.chirps * self.plan.record();
-            targets.iter_mut().for_each(|found| found.beside_rails(clipped, samples));
+            let targets = frame.targets();
             self.map = map(&frame, number, &targets);
             let time_s = (first as f64 + 0.5 * chirps as f64) * self.layout.period_s;
             let answer = |found: &FrameTarget| {
@@ -167,7 +162,7 @@ impl Frames {
     /// The map of the last frame: the frame's number, chirps and bins; the range of the first bin at rest and from bin to bin, m; the velocity of the first
     /// row and from row to row, m/s; what the range of a place grows by for a m/s; the number of targets. Of each target: range, its sigma, velocity, its
     /// sigma, their covariance, range and velocity in the map, signal-to-noise ratio in dB, verdict, and of the number of aliases the velocity and the odds
-    /// each. Then the powers in dB of a code, row by row.
+    /// each. Then the powers in dB of a code, row by row; a board does not tell them.
     pub fn map(&self) -> &[f64] {
         &self.map
     }
@@ -181,12 +176,29 @@ fn told_so(error: &str) -> String {
 fn map(frame: &Frame<'_>, number: u64, targets: &[FrameTarget]) -> Vec<f64> {
     let plan = frame.plan();
     let (bins, chirps, first) = (plan.bins(), plan.chirps(), plan.first());
+    let mut numbers = places(plan, number as f64, targets);
+    let mut powers = vec![0.0f32; bins * chirps];
+    for bin in 0..bins {
+        let mut column = vec![0.0; chirps];
+        frame.powers(first + bin as i32, &mut column);
+        for (row, power) in column.iter().enumerate() {
+            powers[row * bins + bin] = *power;
+        }
+    }
+    let decibels = |power: &f32| 10.0 * libm::log10(f64::from(*power) + 1e-20);
+    numbers.extend(powers.iter().map(decibels));
+    numbers
+}
+
+/// [`Frames::map`] without the powers.
+pub fn places(plan: &FramePlan, number: f64, targets: &[FrameTarget]) -> Vec<f64> {
+    let (bins, chirps, first) = (plan.bins(), plan.chirps(), plan.first());
     let half = chirps as f32 / 2.0;
     let cell = |bin: f32, row: f32| plan.cell(bin, row).map(f64::from);
     let [origin, slowest] = [cell(first as f32, 0.0)[0], cell(0.0, -half)[1]];
     let [range_step, velocity_step] = [cell(1.0, 0.0)[0], cell(0.0, 1.0)[1]];
     let shift = cell(0.0, 1.0)[0] / velocity_step;
-    let mut numbers = vec![number as f64, chirps as f64, bins as f64];
+    let mut numbers = vec![number, chirps as f64, bins as f64];
     numbers.extend([origin, range_step, slowest, velocity_step, shift, targets.len() as f64]);
     for found in targets {
         let view::FrameTarget { target, covariance, .. } = view::FrameTarget::from_found(found);
@@ -208,16 +220,6 @@ fn map(frame: &Frame<'_>, number: u64, targets: &[FrameTarget]) -> Vec<f64> {
             numbers.extend([candidate.velocity_mps, candidate.odds]);
         }
     }
-    let mut powers = vec![0.0f32; bins * chirps];
-    for bin in 0..bins {
-        let mut column = vec![0.0; chirps];
-        frame.powers(first + bin as i32, &mut column);
-        for (row, power) in column.iter().enumerate() {
-            powers[row * bins + bin] = *power;
-        }
-    }
-    let decibels = |power: &f32| 10.0 * libm::log10(f64::from(*power) + 1e-20);
-    numbers.extend(powers.iter().map(decibels));
     numbers
 }
 

@@ -10,6 +10,7 @@ pub mod check;
 pub mod device;
 pub mod file;
 pub mod frames;
+pub mod heard;
 #[path = "../../host/measure/src/length.rs"]
 pub mod length;
 pub mod page;

@@ -212,8 +212,10 @@ impl Page {
 
     pub(crate) fn map(&mut self) {
         self.numbers.clear();
-        if let Source::Frames(frames) = &self.source {
-            self.numbers.extend(frames.map());
+        match &self.source {
+            Source::Frames(frames) => self.numbers.extend(frames.map()),
+            Source::Board(board) => self.numbers.extend(board.map()),
+            _ => {}
         }
     }
 
@@ -259,12 +261,17 @@ impl Page {
         let speed = if known { self.settings.speed() } else { 0.0 };
         self.numbers = vec![n as f64, iq.into(), rate_hz, f64::from(kind as u8), full];
         let row = if let Source::File(file) = &self.source { file.row } else { 0 };
-        let frames = matches!(self.source, Source::Frames(_));
+        let frames = match &self.source {
+            Source::Frames(_) => true,
+            Source::Board(board) => board.heard.is_some(),
+            _ => false,
+        };
         self.numbers.extend([known.into(), speed, row as f64, frames.into()]);
         if let Source::Board(board) = &self.source {
             let counts = [board.listener.records, board.listener.missing, board.listener.bad];
             self.numbers.extend(counts.map(|count| count as f64));
             self.numbers.push(board.raw.into());
+            self.numbers.push(board.heard.as_ref().map_or(0, |heard| heard.frames).into());
         }
     }
 }

@@ -7,10 +7,9 @@ use picket_dsp::accumulate::{Accumulated, Accumulator, MOST_BLOCKS};
 use picket_dsp::acquire::kind::{ForRecord, for_record};
 use picket_dsp::acquire::sample::{Iq, Real, Record, Segment, Stamp};
 use picket_dsp::config::{Config, ConfigError};
-use picket_dsp::pipeline::{Measurement, Outcome};
+use picket_dsp::pipeline::{Measurement, Outcome, Pipeline};
 use picket_dsp::plan::{Plan, Terms};
 use picket_dsp::solve::track::{State, Track};
-use picket_dsp::spectrum::Spectrum;
 use picket_dsp::spectrum::peak::{self, Peak};
 use picket_dsp::spectrum::view::View;
 use picket_dsp::tone::Tone;
@@ -27,14 +26,14 @@ trait Bench {
     fn add(&mut self, block: &Measurement) -> Option<Accumulated>;
     /// [`Pipeline::outcome`](picket_dsp::Pipeline::outcome).
     fn outcome(&self, tone: &Tone) -> Outcome;
-    /// [`Spectrum::view`], of a record.
-    fn view(&mut self, record: &[[i16; 2]]) -> View<'_>;
+    /// [`Pipeline::look`] at a record, and its spectrum.
+    fn view(&mut self, record: &[[i16; 2]]) -> (u32, View<'_>);
 }
 
 struct Records<R: Record, const N: usize> {
     tracker: Tracker<R, N>,
     accumulator: Accumulator<R, N>,
-    spectrum: Spectrum<R, N>,
+    looked: Pipeline<R, N>,
 }
 
 impl<R: Record, const N: usize> Bench for Records<R, N> {
@@ -54,11 +53,9 @@ impl<R: Record, const N: usize> Bench for Records<R, N> {
         self.tracker.pipeline().outcome(tone)
     }
 
-    fn view(&mut self, record: &[[i16; 2]]) -> View<'_> {
-        if let Ok(samples) = R::samples(record).try_into() {
-            self.spectrum.transform(samples, self.tracker.pipeline().plan().codes);
-        }
-        self.spectrum.view()
+    fn view(&mut self, record: &[[i16; 2]]) -> (u32, View<'_>) {
+        let clipped = R::samples(record).try_into().map_or(0, |samples| self.looked.look(samples));
+        (clipped, self.looked.spectrum().view())
     }
 }
 
@@ -73,10 +70,11 @@ impl ForRecord for Make<'_> {
     type Output = Result<Box<dyn Bench>, ConfigError>;
 
     fn run<R: Record, const N: usize>(self) -> Self::Output {
+        let plan = Plan::from_terms(*self.terms)?;
         Ok(Box::new(Records::<R, N> {
-            tracker: Tracker::new(Plan::from_terms(*self.terms)?),
+            tracker: Tracker::new(plan),
             accumulator: Accumulator::new(self.sum).with_false_alarm(self.false_alarm),
-            spectrum: Spectrum::new(),
+            looked: Pipeline::new(plan),
         }))
     }
 }
@@ -183,7 +181,7 @@ impl Station {
             self.shown = samples;
         }
         if self.sum > 1 {
-            let view = self.bench.view(&record);
+            let (_, view) = self.bench.view(&record);
             let unit = libm::ldexp(1.0, 2 * view.exponent);
             for (power, k) in self.powers.iter_mut().zip(0..) {
                 *power += unit * view.power(k) as f64;
@@ -205,8 +203,8 @@ impl Station {
         Answer::of(measurement, self.terms.n as usize, self.terms.iq, self.terms.rate_hz)
     }
 
-    /// The spectrum of a record; what its samples lack reads zero.
-    pub fn view(&mut self, samples: &[[i16; 2]]) -> View<'_> {
+    /// The samples of a record that touch a rail, and its spectrum; what its samples lack reads zero.
+    pub fn view(&mut self, samples: &[[i16; 2]]) -> (u32, View<'_>) {
         let mut samples = samples.to_vec();
         samples.resize(self.terms.n as usize, [0; 2]);
         self.bench.view(&record(self.terms.iq, &samples))
@@ -231,7 +229,7 @@ impl Station {
     pub fn picture(&mut self) -> Picture {
         let terms = &self.terms;
         let (n, count) = (terms.n as i32, f64::from(terms.n));
-        let view = self.bench.view(&record(terms.iq, &self.shown));
+        let (_, view) = self.bench.view(&record(terms.iq, &self.shown));
         let unit = libm::ldexp(1.0, 2 * view.exponent);
         let lines = if terms.iq { count } else { count / 2.0 };
         let scale = 1.0 / lines / self.full_scale;

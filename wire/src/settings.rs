@@ -12,14 +12,16 @@
 
 use crate::config::EncodingError;
 use crate::layout::{Field, Reader, VERSION, Writer, choice, layout};
-use crate::settings_error::SettingsError;
+use crate::settings_error::{FramesError, SettingsError};
 use fixed::types::I32F32;
 use heapless::Vec;
 use picket_dsp::acquire::burst::Trigger;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::config::{Config, Scene};
+use picket_dsp::frame::{FrameConfig, FramePlan};
 use picket_dsp::pipeline::{Measurement, Outcome};
 use picket_dsp::solve::candidates::{Ambiguity, Candidate, Candidates};
+use picket_dsp::solve::chirp::Shape;
 use picket_dsp::solve::uncertainty::Uncertainty;
 use picket_dsp::spectrum::fft::twiddle::supported;
 use picket_dsp::tone::effort::Effort;
@@ -386,6 +388,35 @@ impl Settings {
     /// Segments in a chirp; 1 without a chirp.
     pub fn segments(&self) -> u16 {
         self.config.scene.segments().len().max(1) as u16
+    }
+
+    /// The plan of a frame of chirps of `n` samples, if the settings ask for frames. Their rate and the ramp's duration are the board's.
+    ///
+    /// # Errors
+    /// Frames that cannot be gathered.
+    #[inline(never)] // once in an image: it is checked, and then used
+    pub fn frames(&self, n: usize) -> Result<Option<FramePlan>, SettingsError> {
+        let Mode::Frames { chirps, period_s } = self.mode else { return Ok(None) };
+        let &Self { iq, config, drive, .. } = self;
+        let Config { rate_hz, band_hz, range_m, velocity_mps, false_alarm, .. } = config;
+        let alone = self.further() + self.order() == 0 && config.following.most == 0;
+        let chirp = match config.scene {
+            Scene::Chirp(chirp) if alone && chirp.shape == Shape::Sawtooth => chirp,
+            _ => return Err(SettingsError::Frames(FramesError::Scene)),
+        };
+        let period_s = match (drive, period_s) {
+            (Drive::External, Some(period_s)) => period_s,
+            (Drive::Dac { .. } | Drive::Adf4159 { .. }, None) => chirp.duration_s,
+            _ => return Err(SettingsError::Frames(FramesError::Period)),
+        };
+        let frames = FrameConfig::new(chirp, rate_hz, n, iq, chirps.into(), period_s);
+        let frames = FrameConfig { false_alarm, range_m, velocity_mps, ..frames };
+        let frames = match band_hz {
+            Some(band) => Ok(frames.in_band(band)),
+            None => frames.in_ranges(),
+        };
+        let plan = frames.and_then(|frames| frames.plan());
+        plan.map(Some).map_err(SettingsError::Config)
     }
 }
 

@@ -70,10 +70,8 @@ fn main() -> ! {
             let sum = tone(40, 5, n as i32) * 300.0 + tone(60, -3, n as i32) * 100.0;
             [(noise >> 24) as i16 + sum.re as i16, (noise >> 16 & 0xFF) as i16 + sum.im as i16]
         });
-        if pipeline.record(black_box(&samples)).is_err() {
-            exit(Exit::Config);
-        }
-        count("store", || frame.push(&pipeline.spectrum().view()));
+        let clipped = pipeline.look(black_box(&samples));
+        count("store", || frame.push(&pipeline.spectrum().view(), clipped));
     }
     let found = count("frame", || frame.targets());
     black_box(&found);

@@ -31,6 +31,8 @@ pub enum Path {
     Chirps(usize),
     /// The targets of a frame of so many sawtooth chirps.
     Frame(usize),
+    /// The first source in a frame of so many chirps, beside what a frame of the others alone recorded as background.
+    FrameBeside(usize),
     /// The target of a frame of so many chirps, and of a second one whose period is longer by a fifth, together.
     TwoFrames(usize),
     /// The range by the phase of the target of a frame of so many chirps.

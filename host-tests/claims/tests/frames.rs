@@ -79,66 +79,88 @@ fn target(range_m: (f64, f64), velocity_mps: (f64, f64), amplitude: f64) -> Targ
     }
 }
 
-/// One target anywhere, within the unambiguous velocities.
+/// One target anywhere, within the unambiguous velocities; `None` where it is too weak for every frame.
+fn one_target(
+    radar: &Radar,
+    kind: Kind,
+    (n, chirps): (usize, usize),
+    snr_db: f64,
+    claim: &str,
+) -> Option<Case> {
+    let gain = 10.0 * ((n * chirps) as f64).log10();
+    if snr_db + gain < 17.0 {
+        return None;
+    }
+    let amplitude = amplitude(snr_db);
+    let [bin_m, _] = radar.cell(chirps);
+    let share = if kind == Iq { 0.4 } else { 0.35 };
+    let speed = 0.9 * radar.half_alias();
+    let doppler = 2.0 * speed * radar.ghz * 1e9 / C * 1e-6 * radar.record_us;
+    let ranges = ((4.0 + doppler) * bin_m, share * n as f64 * bin_m);
+    let mut scene = radar.scene(kind, n, chirps, vec![target(ranges, (-speed, speed), amplitude)]);
+    scene.receiver.noise.rms = Some(deviation(amplitude, snr_db).into());
+    let label = format!("{claim}: {} {n} x {chirps}, {}, {snr_db} dB", kind.name(), radar.name());
+    let case = Case::new(label, scene, n).by(Path::Frame(chirps)).trials(24);
+    let bound = 0.999 * radar.half_alias();
+    let case = case.told(|config: &mut Config| config.velocity_mps = Some((-bound, bound)));
+    let case = case.at_most(0.002, Event::Off(5.0)).at_least(0.98, Event::Good);
+    let case = case.square(0.72, 1.33).asks(Asked::Square { quantity: 1, least: 0.72, most: 1.33 });
+    let case = case.asks(Asked::OverBound { quantity: 0, most: 1.1 });
+    Some(case.asks(Asked::OverBound { quantity: 1, most: 1.1 }).never(Event::More))
+}
+
+/// What all of them show together.
+const RIGHT: [Asked; 7] = [
+    Asked::Share { of: Event::Off(5.0), least: 0.0, most: 0.002 },
+    Asked::Share { of: Event::Good, least: 0.98, most: 1.0 },
+    Asked::Square { quantity: 0, least: 0.72, most: 1.33 },
+    Asked::Square { quantity: 1, least: 0.72, most: 1.33 },
+    Asked::OverBound { quantity: 0, most: 1.1 },
+    Asked::OverBound { quantity: 1, most: 1.1 },
+    Asked::Share { of: Event::More, least: 0.0, most: 0.0 },
+];
+
 #[test]
 fn a_frames_target_is_right_within_its_sigmas() {
     let mut rows = Vec::new();
-    for radar in RADARS {
+    for radar in &RADARS {
         for kind in [Iq, Real] {
-            for (n, chirps) in [(256, 64), (128, 32), (512, 128)] {
+            for shape in [(256, 64), (128, 32), (512, 128)] {
                 for snr_db in [-20.0, -10.0, 0.0, 10.0, 30.0] {
-                    // Strong enough for every frame.
-                    let gain = 10.0 * ((n * chirps) as f64).log10();
-                    if snr_db + gain < 17.0 {
-                        continue;
-                    }
-                    let amplitude = amplitude(snr_db);
-                    let [bin_m, _] = radar.cell(chirps);
-                    let share = if kind == Iq { 0.4 } else { 0.35 };
-                    let speed = 0.9 * radar.half_alias();
-                    let doppler = 2.0 * speed * radar.ghz * 1e9 / C * 1e-6 * radar.record_us;
-                    let ranges = ((4.0 + doppler) * bin_m, share * n as f64 * bin_m);
-                    let mut scene = radar.scene(
+                    rows.extend(one_target(
+                        radar,
                         kind,
-                        n,
-                        chirps,
-                        vec![target(ranges, (-speed, speed), amplitude)],
-                    );
-                    scene.receiver.noise.rms = Some(deviation(amplitude, snr_db).into());
-                    let label = format!(
-                        "a frame's target is right: {} {n} x {chirps}, {}, {snr_db} dB",
-                        kind.name(),
-                        radar.name()
-                    );
-                    let case = Case::new(label, scene, n).by(Path::Frame(chirps)).trials(24);
-                    let bound = 0.999 * radar.half_alias();
-                    let case = case
-                        .told(|config: &mut Config| config.velocity_mps = Some((-bound, bound)));
-                    let case = case.at_most(0.002, Event::Off(5.0)).at_least(0.98, Event::Good);
-                    let case = case.square(0.72, 1.33).asks(Asked::Square {
-                        quantity: 1,
-                        least: 0.72,
-                        most: 1.33,
-                    });
-                    rows.push(
-                        case.asks(Asked::OverBound { quantity: 0, most: 1.1 })
-                            .asks(Asked::OverBound { quantity: 1, most: 1.1 })
-                            .never(Event::More),
-                    );
+                        shape,
+                        snr_db,
+                        "a frame's target is right",
+                    ));
                 }
             }
         }
     }
-    let together = [
-        Asked::Share { of: Event::Off(5.0), least: 0.0, most: 0.002 },
-        Asked::Share { of: Event::Good, least: 0.98, most: 1.0 },
-        Asked::Square { quantity: 0, least: 0.72, most: 1.33 },
-        Asked::Square { quantity: 1, least: 0.72, most: 1.33 },
-        Asked::OverBound { quantity: 0, most: 1.1 },
-        Asked::OverBound { quantity: 1, most: 1.1 },
-        Asked::Share { of: Event::More, least: 0.0, most: 0.0 },
-    ];
-    hold_together("a frame's target is right, all together", rows, &together);
+    hold_together("a frame's target is right, all together", rows, &RIGHT);
+}
+
+/// The same of frames of few and of many chirps, short and long.
+#[test]
+fn frames_of_every_shape_are_right_within_their_sigmas() {
+    let mut rows = Vec::new();
+    for radar in [&RADARS[0], &RADARS[3]] {
+        for kind in [Iq, Real] {
+            for n in [128, 256, 512, 1024] {
+                for chirps in [8, 16, 64, 256] {
+                    for snr_db in [-10.0, 10.0] {
+                        let claim = "frames of every shape";
+                        // As many samples of each shape.
+                        let trials = ((1 << 17) / (n * chirps) as u64).clamp(2, 24);
+                        let case = one_target(radar, kind, (n, chirps), snr_db, claim);
+                        rows.extend(case.map(|case| case.trials(trials)));
+                    }
+                }
+            }
+        }
+    }
+    hold_together("frames of every shape, all together", rows, &RIGHT);
 }
 
 /// Several targets, three cells apart in one direction at least.
@@ -192,6 +214,60 @@ fn several_targets_of_a_frame_are_found() {
         Asked::Square { quantity: 1, least: 0.72, most: 1.33 },
     ];
     hold_together("several targets are found, all together", rows, &together);
+}
+
+/// A slow target below clutter at rest that is 30 dB stronger, and a target at rest, are found beside the clutter's background, which was
+/// recorded without them.
+#[test]
+fn targets_beside_a_background_are_right() {
+    let (n, chirps) = (256, 64);
+    let mut rows = Vec::new();
+    for radar in [&RADARS[0], &RADARS[1]] {
+        for kind in [Iq, Real] {
+            // The turns from chirp to chirp in bins of the frame.
+            for turns in [(0.0, 0.0), (0.3, 0.9), (1.0, 3.0)] {
+                let (snr_db, strongest) = (-10.0, 0.5 * amplitude(20.0));
+                let amplitude = strongest * 0.031_622_776_6;
+                let [bin_m, row_mps] = radar.cell(chirps);
+                let speed = |turns: f64| (turns * row_mps, (turns + 1e-3) * row_mps);
+                let one = target(
+                    (20.0 * bin_m, 60.0 * bin_m),
+                    (speed(turns.0).0, speed(turns.1).1),
+                    amplitude,
+                );
+                let clutter = [(24.3, 1.0), (41.6, 0.5), (52.1, 0.2)].map(|(bin, share)| Target {
+                    range_m: (bin * bin_m).into(),
+                    velocity_mps: 0.0.into(),
+                    amplitude: Some((strongest * share).into()),
+                    phase_turns: 0.0.into(),
+                    ..Target::default()
+                });
+                let targets = [one].into_iter().chain(clutter).collect();
+                let mut scene = radar.scene(kind, n, chirps, targets);
+                scene.receiver.noise.rms = Some(deviation(amplitude, snr_db).into());
+                let label = format!(
+                    "a target beside a background is right: {}, {}, {} to {} turns a frame",
+                    kind.name(),
+                    radar.name(),
+                    turns.0,
+                    turns.1
+                );
+                let case = Case::new(label, scene, n).by(Path::FrameBeside(chirps)).trials(30);
+                let bound = 0.999 * radar.half_alias();
+                let case =
+                    case.told(|config: &mut Config| config.velocity_mps = Some((-bound, bound)));
+                rows.push(case.at_least(0.98, Event::Good).at_most(0.002, Event::Off(5.0)));
+            }
+        }
+    }
+    let together = [
+        Asked::Share { of: Event::Off(5.0), least: 0.0, most: 0.002 },
+        Asked::Share { of: Event::Good, least: 0.98, most: 1.0 },
+        Asked::Square { quantity: 0, least: 0.72, most: 1.33 },
+        Asked::Square { quantity: 1, least: 0.72, most: 1.33 },
+        Asked::Share { of: Event::More, least: 0.0, most: 0.005 },
+    ];
+    hold_together("targets beside a background are right, all together", rows, &together);
 }
 
 /// Two targets that are too near each other are not wrong.

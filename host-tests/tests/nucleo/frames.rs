@@ -3,7 +3,6 @@
 use super::several::longest_block;
 use super::*;
 use picket_dsp::frame::{Cells, Frame, FramePlan};
-use picket_firmware::instrument::plan::frames;
 use picket_firmware::nucleo_f446re::CELLS;
 use picket_firmware::nucleo_f446re::words::CHIRP_CYCLES;
 use picket_host::scenario::{echo, sensor};
@@ -56,7 +55,7 @@ struct Gathered<R: Record> {
 impl<R: Record> Gathered<R> {
     fn new(settings: &Settings) -> Self {
         let here = Here::<R>::new(settings);
-        let plan = frames(&here.plan.settings, N).unwrap().unwrap();
+        let plan = here.plan.settings.frames(N).unwrap().unwrap();
         // The whole of the board's memory.
         assert_eq!((plan.cells(), plan.bins()), (CELLS, 120));
         Self { here, plan, cells: vec![[0; 2]; CELLS] }
@@ -75,8 +74,7 @@ impl<R: Record> Gathered<R> {
         for chirp in first..first + u32::from(CHIRPS) {
             assert!(!complete);
             let clipped = self.here.pipeline.look(&records[chirp as usize]);
-            assert_eq!(clipped, 0);
-            complete = frame.push(&self.here.pipeline.spectrum().view());
+            complete = frame.push(&self.here.pipeline.spectrum().view(), clipped);
         }
         let found = frame.targets();
         let Settings { config, .. } = self.here.plan.settings;
@@ -86,7 +84,7 @@ impl<R: Record> Gathered<R> {
             stamp,
             chirps: CHIRPS,
             passed,
-            clipped: 0,
+            clipped: frame.clipped(),
             targets: found.len() as u8,
             search_s: 0.0,
             rate_hz: config.rate_hz,
@@ -287,7 +285,7 @@ fn what_is_no_frame_is_refused() {
     // The bins of the ranges that a target may have, and sixteen beside them on each side.
     let near = Config { band_hz: None, range_m: Some((20.0, 60.0)), ..usual.config };
     let (plan, _) = planned(&with(near));
-    let plan = picket_firmware::instrument::plan::frames(&plan.settings, N).unwrap().unwrap();
+    let plan = plan.settings.frames(N).unwrap().unwrap();
     let ends = [plan.first(), plan.first() + plan.bins() as i32 - 1];
     let [low, high] = ends.map(|bin| plan.cell(bin as f32, 0.0)[0]);
     assert!(

@@ -3,14 +3,22 @@
 use super::RATE_HZ;
 use fixed::types::I0F32;
 use heapless::Vec;
-use picket_dsp::acquire::sample::Stamp;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Segment, Stamp};
+use picket_dsp::config::{Config, SPEED_OF_LIGHT, Scene as Seen};
+use picket_dsp::frame::{Cells, Frame};
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::harmonic::Harmonic;
 use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_dsp::tone::{Tone, Verdict};
+use picket_dsp::{Chirp, Iq, Mixing, Pipeline, Plan, Shape};
 use picket_simulator::{Run, Scene};
+use picket_wire::boot::{Boot, Name};
+use picket_wire::chirp_frame::{ChirpFrame, Found};
+use picket_wire::command::{Answer, Command};
 use picket_wire::fundamental::Fundamental;
 use picket_wire::lines::Lines;
+use picket_wire::settings::{Drive, Mode, Settings};
 use picket_wire::status::Raw;
 use serde_json::json;
 use std::fs;
@@ -141,6 +149,94 @@ fn cube() -> std::vec::Vec<u8> {
         .concat()
 }
 
+/// A frame and its targets, as a board tells of them.
+pub type Told = (ChirpFrame, std::vec::Vec<Found>);
+
+/// What a board with that radar tells of three frames: two of its two targets, and one of noise.
+pub fn told() -> (Settings, std::vec::Vec<Told>) {
+    let chirp = Chirp {
+        shape: Shape::Sawtooth,
+        mixing: Mixing::TxConjRx,
+        wavelength_m: SPEED_OF_LIGHT / 77e9,
+        bandwidth_hz: 306e6,
+        duration_s: 102e-6,
+        guard_s: 2e-6,
+        ..Chirp::default()
+    };
+    let scene = Seen::Chirp(chirp);
+    let config = Config {
+        scene,
+        velocity_mps: Some((-8.0, 8.0)),
+        ..Config::new(2.56e6, Codes::signed::<16>())
+    };
+    let (count, period_s) = (CHIRPS / 2, 120e-6);
+    let mode = Mode::Frames { chirps: count as u16, period_s: Some(period_s) };
+    let settings = Settings {
+        iq: true,
+        guard: 5,
+        drive: Drive::External,
+        mode,
+        config,
+        ..Settings::default()
+    };
+    let plan = settings.frames(RECORD).unwrap().unwrap();
+    let mut cells = std::vec![[0i16; 2]; plan.cells()];
+    let mut frame = Frame::new(plan, Cells::Narrow(&mut cells)).unwrap();
+    let mut pipeline = Pipeline::<Iq, RECORD>::new(Plan::tone(config.rate_hz, config.codes));
+    let mut run = radar();
+    let mut state = 5u32;
+    let mut noise = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 21) as i16 - 1024
+    };
+    let told = (0..3).map(|number: usize| {
+        for index in 0..count {
+            let clipped = match number {
+                2 => pipeline.look(&std::array::from_fn(|_| [noise(), noise()])),
+                _ => {
+                    let record = run.record(number * count + index, RECORD);
+                    pipeline.look(record.as_array().unwrap())
+                }
+            };
+            frame.push(&pipeline.spectrum().view(), clipped);
+        }
+        let targets = frame.targets();
+        let sequence = (2 * number * count) as u32;
+        let clock = (f64::from(sequence) * period_s * config.rate_hz) as u64;
+        let stamp = Stamp { sequence, clock, segment: Segment::Up, gap: number == 0 };
+        let frame = ChirpFrame {
+            number: number as u32,
+            stamp,
+            chirps: count as u16,
+            passed: if number == 0 { 0 } else { count as u32 },
+            targets: targets.len() as u8,
+            search_s: 0.0072,
+            rate_hz: config.rate_hz,
+            period_s,
+            ..ChirpFrame::default()
+        };
+        let found = targets.iter().zip(0..);
+        let found = found.map(|(&found, place)| Found { frame: number as u32, place, found });
+        (frame, found.collect())
+    });
+    (settings, told.collect())
+}
+
+/// So many of the frames as bytes, behind the board's name and its settings.
+fn frames(most: usize) -> std::vec::Vec<u8> {
+    let (settings, told) = told();
+    let (board, n) = (Name::new("nucleo-f446re"), RECORD as u32);
+    let boot = Boot { board, n, core_hz: 180_000_000, measuring: true, ..Boot::default() };
+    let reply = Answer { tag: 2, command: Command::GetSettings.number() };
+    let mut bytes = boot.to_frame().to_vec();
+    bytes.extend(reply.reply(&settings.to_bytes(RECORD)));
+    for (frame, found) in told.iter().take(most) {
+        bytes.extend(frame.to_frame());
+        found.iter().for_each(|found| bytes.extend(found.to_frame()));
+    }
+    bytes
+}
+
 /// A folder with all of it.
 pub fn inputs() -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("page");
@@ -172,6 +268,8 @@ pub fn inputs() -> PathBuf {
     write("bad-name.xyz", b"stranger");
     write("bad-chunk.wav", b"RIFF\xff\xff\xff\xffWAVEJUNK\xff\xff\xff\xffdata\0\0\0\0");
     write("session.bin", &session());
+    write("frames.bin", &frames(2));
+    write("frames-none.bin", &frames(3));
     // A modem's words, and no zero among them.
     write("stranger.bin", "AT+CGMI OK ".repeat(60).as_bytes());
     folder

@@ -577,6 +577,57 @@ fn bad(said: &Value) {
     assert!(word(said, "notice").contains(sentence), "{said}");
 }
 
+/// The targets of a board's frames, as the board told them.
+fn framed(said: &Value) {
+    nothing_hinders(said);
+    let (_, told) = inputs::told();
+    let none = word(said, "session") == "frames-none.bin";
+    let shown = if none { 3 } else { 2 };
+    let ours: Vec<Value> =
+        word(said, "json").lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let theirs: Vec<_> =
+        told.iter().flat_map(|(frame, found)| found.iter().map(move |it| (frame, it))).collect();
+    assert_eq!((ours.len(), theirs.len()), (4, 4), "{said}");
+    for (line, (frame, found)) in ours.iter().zip(&theirs) {
+        let number = |key: &str| line[key].as_f64().unwrap();
+        let target = &found.found.target;
+        assert_eq!(number("frame"), f64::from(frame.number));
+        assert_eq!(number("chirp"), f64::from(frame.stamp.sequence));
+        assert_eq!(word(line, "verdict"), target.verdict.name());
+        for (key, value) in [
+            ("range_m", target.range.to_num::<f64>()),
+            ("velocity_mps", target.velocity.unwrap().to_num()),
+            ("sigma_range_m", target.sigma_range.into()),
+            ("sigma_velocity_mps", target.sigma_velocity.into()),
+        ] {
+            assert_eq!(number(key).to_bits(), value.to_bits(), "{key}: {line}");
+        }
+    }
+    let seen = &said["seen"];
+    assert_eq!(word(seen, "title"), format!("Range and velocity, frame {}", shown - 1), "{said}");
+    assert_eq!(seen["spectrum"], false, "{seen}");
+    let known = word(said, "known");
+    assert!(known.contains("64 chirps after 64 in no frame, searched in 7 ms"), "{known}");
+    assert!(known.contains("256 samples, I/Q, at 2560 kHz"), "{known}");
+    let counter = |name: &str| word(&said["counters"], name);
+    assert_eq!(["targets", "good", "gaps", "lost"].map(counter), ["4", "100 %", "1", "0"]);
+    let rows = seen["targets"].as_array().unwrap();
+    if none {
+        assert!(rows.is_empty() && word(said, "word") == "no target", "{said}");
+        return;
+    }
+    assert_eq!((rows.len(), word(said, "word")), (2, "good"), "{said}");
+    assert!(word(seen, "map").contains("2 targets"), "{seen}");
+    let labels = cells(&seen["labels"]);
+    assert!(["1", "2"].iter().all(|number| labels.contains(number)), "{labels:?}");
+    for (row, line) in rows.iter().zip(&ours[2..]) {
+        for (place, key) in [(1, "range_m"), (2, "velocity_mps")] {
+            let [value, sigma] = cell(row, place)[..] else { panic!("{row}") };
+            assert!((value - line[key].as_f64().unwrap()).abs() < 0.06 * sigma, "{row} {line}");
+        }
+    }
+}
+
 fn cells(row: &Value) -> Vec<&str> {
     row.as_array().unwrap().iter().filter_map(Value::as_str).collect()
 }
@@ -687,6 +738,7 @@ fn the_page_in_a_browser() {
             "choice" => choice(&said, &folder),
             "bare" => bare(&said, &folder),
             "frames" => frames(&said, &folder),
+            "framed" => framed(&said),
             "bad" => bad(&said),
             "board" => board(&said),
             "after" => assert_eq!(word(&said, "word"), "good", "{said}"),
@@ -712,6 +764,7 @@ fn the_page_in_a_browser() {
             "design",
             "explained",
             "file",
+            "framed",
             "frames",
             "hands",
             "hasty",

@@ -6,10 +6,8 @@ use super::traffic::{Car, Row, Told, shown};
 use super::{DemoError, said};
 use crate::scenario::cars::{self as radar, CHIRPS, EVERY, FRAMES, N, PERIOD_S};
 use crate::scenario::{place, record};
-use picket_dsp::Iq;
 use picket_dsp::frame::{Cells, Frame, FramePlan};
-use picket_dsp::spectrum::Spectrum;
-use picket_dsp::spectrum::engine::I32;
+use picket_dsp::{Iq, Pipeline, Plan};
 use picket_simulator::Run;
 use rayon::prelude::*;
 
@@ -68,11 +66,12 @@ fn taken(run: &mut Run, plan: &FramePlan, number: usize) -> Taken {
 fn row(number: usize, taken: Taken, plan: FramePlan) -> Result<Row, DemoError> {
     let mut memory = vec![[0i16; 2]; plan.cells()];
     let mut frame = Frame::new(plan, Cells::Narrow(&mut memory)).ok_or_else(|| said("no room"))?;
-    let mut spectrum = Box::new(Spectrum::<Iq, N, I32>::new());
+    let codes = radar::codes();
+    let mut pipeline = Box::new(Pipeline::<Iq, N>::new(Plan::tone(radar::config().rate_hz, codes)));
     for samples in &taken.chirps {
         let samples = samples.as_array().ok_or_else(|| said("a record of another length"))?;
-        spectrum.transform(samples, radar::codes());
-        frame.push(&spectrum.view());
+        let clipped = pipeline.look(samples);
+        frame.push(&pipeline.spectrum().view(), clipped);
     }
     let targets = frame.targets().iter().map(|found| Answer::from(&found.target)).collect();
     Ok(Row { row: number, time_s: taken.time_s, cars: taken.cars, targets })

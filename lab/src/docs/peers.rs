@@ -4,11 +4,9 @@
 use super::Table;
 use super::figures::{head, row};
 use crate::report::SEED;
-use picket_dsp::Iq;
 use picket_dsp::frame::{Cells, Frame, FramePlan};
-use picket_dsp::spectrum::Spectrum;
-use picket_dsp::spectrum::engine::I32;
 use picket_dsp::tone::Usable;
+use picket_dsp::{Iq, Pipeline, Plan};
 use picket_host::scenario::cars::{CHIRPS, N, codes, config, scene};
 use picket_host::scenario::{place, record};
 use picket_simulator::Scene;
@@ -89,10 +87,10 @@ fn by_map(chirps: &[Vec<[i16; 2]>], plan: &FramePlan) -> Option<[f64; 2]> {
 fn by_frame(chirps: &[Vec<[i16; 2]>], plan: FramePlan) -> Option<[f64; 2]> {
     let mut memory = vec![[0i16; 2]; plan.cells()];
     let mut frame = Frame::new(plan, Cells::Narrow(&mut memory))?;
-    let mut spectrum = Box::new(Spectrum::<Iq, N, I32>::new());
+    let mut pipeline = Box::new(Pipeline::<Iq, N>::new(Plan::tone(config().rate_hz, codes())));
     for samples in chirps {
-        spectrum.transform(samples.as_array()?, codes());
-        frame.push(&spectrum.view());
+        let clipped = pipeline.look(samples.as_array()?);
+        frame.push(&pipeline.spectrum().view(), clipped);
     }
     let targets = frame.targets();
     let target = &targets.iter().find(|found| found.target.verdict.usable() == Usable::Yes)?.target;

@@ -64,7 +64,14 @@ pub(super) struct Problem<T, S> {
     pub sides: S,
 }
 
-struct Floats<T>(Vec<Side<T>, { 2 * REACH }>);
+struct Floats<T> {
+    all: Vec<Side<T>, { 2 * REACH }>,
+    /// Whether the record has fewer than [`LONG`] samples.
+    short: bool,
+}
+
+/// From this many samples on m is nearly 1 in the bins within [`NEAR`]; of 8 samples it is 7 in the third one.
+const LONG: i32 = 64;
 
 pub(super) fn fit<T: Scalar, R: Record>(
     bins: &Bins<T, R, Rectangular>,
@@ -77,7 +84,9 @@ pub(super) fn fit<T: Scalar, R: Record>(
     }
     let e = T::new(core::f64::consts::PI) / T::from_i32(bins.n() as i32);
     // The bins are built in place: a vector made elsewhere would be copied here.
-    let mut problem = Problem { e, centre, near: Vec::new(), sides: Floats(Vec::new()) };
+    let short = (bins.n() as i32) < LONG;
+    let mut problem =
+        Problem { e, centre, near: Vec::new(), sides: Floats { all: Vec::new(), short } };
     problem.read(bins, reach, matches!(course, FitStart::Further(..)));
     Some(problem.fit(course))
 }
@@ -173,10 +182,11 @@ impl<T: Scalar> Problem<T, Floats<T>> {
                 }
                 let y = Complex::new(x.re + lean * x.im, x.im - lean * x.re);
                 // The vector holds every distance up to the reach.
-                let _ = self.sides.0.push(Side { i: k, u: lean / e, m: T::one() + lean * lean, y });
+                let _ =
+                    self.sides.all.push(Side { i: k, u: lean / e, m: T::one() + lean * lean, y });
             }
         }
-        self.near = first_two(self.sides.0.iter().copied());
+        self.near = first_two(self.sides.all.iter().copied());
     }
 }
 
@@ -184,7 +194,7 @@ impl<T: Scalar> Sides<T> for Floats<T> {
     fn sums(&self, p: T) -> Sums<T> {
         let (zero, none) = (T::zero(), Complex::new(T::zero(), T::zero()));
         let mut sums = Sums { aa: zero, bb: zero, dd: zero, pp: none, qq: none };
-        for side in &self.0 {
+        for side in &self.all {
             let r = T::one() / (p - side.u);
             let h = p * r;
             let slope = (T::one() - h) * r;
@@ -209,22 +219,24 @@ impl<T: Scalar> Sides<T> for Floats<T> {
         };
         let (mut sum, mut sums, mut count) = (T::zero(), rest::Sums::new(d, centre), 0);
         let mut within = [centre.norm_sqr(); 3];
-        for side in self.0.iter().take_while(|side| side.i.unsigned_abs() as usize <= NEAR) {
-            let left = left(side);
+        for side in self.all.iter().take_while(|side| side.i.unsigned_abs() as usize <= NEAR) {
+            let (mut left, mut m) = (left(side), side.m);
+            if self.short {
+                (left, m) = (left * (T::one() / m).root(), T::one());
+            }
             let power = left.norm_sqr();
             sums.add(left, T::one() / sums.argument(side.i));
             let scales = within.iter_mut().zip(SCALES).filter(|(_, scale)| side.i.abs() <= *scale);
             scales.for_each(|(within, _)| *within = *within + power);
-            // At this distance m is 1.
-            sum = sum + power / side.m;
+            sum = sum + power / m;
             count += 1;
         }
-        let rest = self.0.get(count..).unwrap_or(&[]);
+        let rest = self.all.get(count..).unwrap_or(&[]);
         (far(rest, sum), sums.rest(within))
     }
 
     fn count(&self) -> usize {
-        self.0.len()
+        self.all.len()
     }
 }
 

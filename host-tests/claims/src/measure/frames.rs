@@ -5,10 +5,10 @@ use crate::case::{Case, told};
 use crate::seen::{Seen, Trial};
 use picket_dsp::config::SPEED_OF_LIGHT;
 use picket_dsp::frame::{Cells, Frame, FrameConfig, FramePlan, FrameTarget, settle};
+use picket_dsp::num_complex::Complex;
 use picket_dsp::solve::phase_range::{Calibration, PhaseRanging};
-use picket_dsp::spectrum::Spectrum;
 use picket_dsp::spectrum::engine;
-use picket_dsp::{Chirp, Record, Segment};
+use picket_dsp::{Chirp, Pipeline, Plan, Record, Segment};
 use picket_simulator::{Run, Truth};
 use std::f64::consts::TAU;
 
@@ -29,15 +29,46 @@ pub(super) fn trial<R: Record, const N: usize, E: engine::Engine>(
     run: &mut Run,
     chirps: usize,
 ) -> Trial {
+    let (plan, found) = targets::<R, N, E>(case, run, chirps, &[]);
+    held::<R, N>(case, run, chirps, (plan, found), case.scene.sources.len())
+}
+
+/// The first source's target in a frame, beside a background that was recorded of the others alone, in other noise.
+pub(super) fn beside<R: Record, const N: usize, E: engine::Engine>(
+    case: &Case,
+    run: &mut Run,
+    number: u64,
+    chirps: usize,
+) -> Trial {
+    let mut still = case.scene.clone();
+    still.sources.remove(0);
+    still.seed = still.seed.wrapping_add(1);
+    let Ok(mut before) = still.run(number) else { panic!("{}: no background", case.label) };
+    let mut background = Vec::new();
+    framed::<R, N, E>(case, &mut before, chirps, |frame| {
+        background = vec![Complex::default(); frame.plan().bins()];
+        frame.background(&mut background);
+    });
+    let found = targets::<R, N, E>(case, run, chirps, &background);
+    held::<R, N>(case, run, chirps, found, 1)
+}
+
+/// The targets of a frame beside the first sources.
+fn held<R: Record, const N: usize>(
+    case: &Case,
+    run: &mut Run,
+    chirps: usize,
+    (plan, mut found): (FramePlan, Vec<FrameTarget>),
+    sources: usize,
+) -> Trial {
     let scene = &case.scene;
     let Some(chirp) = told(scene) else { panic!("{}: no chirp is told", case.label) };
     let period_s = scene.start_s(1, N) - scene.start_s(0, N);
     let rate_hz = scene.rate_hz;
-    let (plan, mut found) = targets::<R, N, E>(case, run, chirps);
     let middle_s =
         0.5 * (scene.start_s(0, N) + scene.start_s(chirps - 1, N)) + 0.5 * (N - 1) as f64 / rate_hz;
     let mut trial = Trial::default();
-    for source in 0..scene.sources.len() {
+    for source in 0..sources {
         let truth = run.truth(source, middle_s, 1);
         let noise = run.noise();
         let bound = bound::<R, N>(&chirp, rate_hz, chirps, period_s, truth.amplitude / noise);
@@ -67,12 +98,27 @@ pub(super) fn trial<R: Record, const N: usize, E: engine::Engine>(
     trial
 }
 
-/// The targets of a run's frame.
+/// The targets of a run's frame beside a background.
 fn targets<R: Record, const N: usize, E: engine::Engine>(
     case: &Case,
     run: &mut Run,
     chirps: usize,
+    background: &[Complex<f32>],
 ) -> (FramePlan, Vec<FrameTarget>) {
+    let mut found = Vec::new();
+    let plan = framed::<R, N, E>(case, run, chirps, |frame| {
+        found = frame.targets_beside(background).to_vec();
+    });
+    (plan, found)
+}
+
+/// Gathers a run's frame.
+fn framed<R: Record, const N: usize, E: engine::Engine>(
+    case: &Case,
+    run: &mut Run,
+    chirps: usize,
+    act: impl FnOnce(&Frame<'_>),
+) -> FramePlan {
     let scene = run.scene().clone();
     let Some(chirp) = told(&scene) else { panic!("{}: no chirp is told", case.label) };
     let period_s = scene.start_s(1, N) - scene.start_s(0, N);
@@ -88,13 +134,14 @@ fn targets<R: Record, const N: usize, E: engine::Engine>(
     let Some(mut frame) = Frame::new(plan, Cells::Narrow(&mut cells)) else {
         panic!("{}: too few cells", case.label)
     };
-    let mut spectrum = Box::new(Spectrum::<R, N, E>::new());
+    let plan_of_chirps = Plan::tone(scene.rate_hz, case.config.codes);
+    let mut pipeline = Box::new(Pipeline::<R, N, E>::new(plan_of_chirps));
     for index in 0..chirps {
-        let samples = samples::<R, N>(run, index);
-        spectrum.transform(&samples, case.config.codes);
-        frame.push(&spectrum.view());
+        let clipped = pipeline.look(&samples::<R, N>(run, index));
+        frame.push(&pipeline.spectrum().view(), clipped);
     }
-    (plan, frame.targets().to_vec())
+    act(&frame);
+    plan
 }
 
 /// The one target of two frames of different periods, beside the truth in the middle of the first. Both see it from the same start.
@@ -111,8 +158,8 @@ pub(super) fn pair<R: Record, const N: usize, E: engine::Engine>(
         longer.seconds *= 1.2;
     }
     let Ok(mut second) = longer.run(number) else { panic!("{}: no second frame", case.label) };
-    let (plan, found) = targets::<R, N, E>(case, run, chirps);
-    let (other_plan, other) = targets::<R, N, E>(case, &mut second, chirps);
+    let (plan, found) = targets::<R, N, E>(case, run, chirps, &[]);
+    let (other_plan, other) = targets::<R, N, E>(case, &mut second, chirps, &[]);
     let middle_s = 0.5 * (scene.start_s(0, N) + scene.start_s(chirps - 1, N))
         + 0.5 * (N - 1) as f64 / scene.rate_hz;
     let truth = run.truth(0, middle_s, 1);
@@ -138,7 +185,7 @@ pub(super) fn phase<R: Record, const N: usize, E: engine::Engine>(
     let none = Calibration::default();
     let ranging = PhaseRanging::new(&chirp, scene.rate_hz, N, R::IQ, none);
     let Ok(ranging) = ranging else { panic!("{}: {ranging:?}", case.label) };
-    let (_, found) = targets::<R, N, E>(case, run, chirps);
+    let (_, found) = targets::<R, N, E>(case, run, chirps, &[]);
     let middle_s = 0.5 * (scene.start_s(0, N) + scene.start_s(chirps - 1, N))
         + 0.5 * (N - 1) as f64 / scene.rate_hz;
     let truth = run.truth(0, middle_s, 1);

@@ -134,6 +134,7 @@ fn measured<R: Record, const N: usize, E: engine::Engine>(
         Path::ByTurns => Trial::default(),
         Path::Chirps(laps) => chirps::trial::<R, N, E>(case, run, &mut pipeline, laps),
         Path::Frame(chirps) => frames::trial::<R, N, E>(case, run, chirps),
+        Path::FrameBeside(chirps) => frames::beside::<R, N, E>(case, run, number, chirps),
         Path::TwoFrames(chirps) => frames::pair::<R, N, E>(case, run, number, chirps),
         Path::FramePhase(chirps) => frames::phase::<R, N, E>(case, run, chirps),
         Path::Phase => phases::trial::<R, N, E>(case, run, &mut pipeline),

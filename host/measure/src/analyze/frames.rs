@@ -8,13 +8,11 @@ use crate::follow::record;
 use crate::recording::Recording;
 use crate::simulate::Kind;
 use crate::with_record;
-use picket_dsp::Chirp;
-use picket_dsp::acquire::sample::{Data, Segment, Statistics};
+use picket_dsp::acquire::sample::Segment;
 use picket_dsp::frame::{Cells, Frame, FrameTarget};
 use picket_dsp::solve::phase_range::PhaseRange;
 use picket_dsp::solve::uncertainty::Budget;
-use picket_dsp::spectrum::Spectrum;
-use picket_dsp::spectrum::engine::I32;
+use picket_dsp::{Chirp, Pipeline, Plan};
 use picket_transform::num_complex::Complex;
 use std::path::Path;
 
@@ -70,11 +68,11 @@ fn frames<R: Kind, const N: usize>(
     let mut frame = Frame::new(plan, Cells::Wide(&mut cells)).ok_or("too few cells")?;
     let ranging = told.ranging(&chirp, rate_hz, N, R::IQ)?;
     eprintln!("{assumed}");
-    let mut spectrum = Box::new(Spectrum::<R, N, I32>::new());
+    let mut pipeline = Box::new(Pipeline::<R, N>::new(Plan::tone(rate_hz, cut.codes)));
     let mut blocks = recording.blocks(N, ramps.hop, cut.skip + ramps.skip as u64);
     let mut tally = Tally::default();
     let (mut number, mut gaps, chirps) = (0u64, 0u64, layout.chirps as u64);
-    let (mut beyond, mut quiet, mut missing, mut clipped) = (false, true, false, 0);
+    let (mut beyond, mut quiet, mut missing) = (false, true, false);
     while let Some((_, samples)) = blocks.next_block().map_err(super::text)? {
         let place = number % layout.together;
         let chirp = number - place % chirps;
@@ -84,17 +82,15 @@ fn frames<R: Kind, const N: usize>(
         }
         if place % chirps == 0 {
             frame.clear();
-            (beyond, quiet, missing, clipped) = (false, true, false, 0);
+            (beyond, quiet, missing) = (false, true, false);
         }
         let unfit = Unfit::of(samples, cut.codes);
         let values: Vec<Complex<f64>> = samples.iter().map(|sample| sample.value).collect();
         (beyond, quiet) =
             (beyond | (unfit == Some(Unfit::Beyond)), quiet & (unfit == Some(Unfit::Quiet)));
         missing |= blocks.missing() > 0;
-        let samples = record::<R, N>(&values);
-        clipped += Statistics::clipped(Data::of::<R>(&samples), cut.codes);
-        spectrum.transform(&samples, cut.codes);
-        if !frame.push(&spectrum.view()) {
+        let clipped = pipeline.look(&record::<R, N>(&values));
+        if !frame.push(&pipeline.spectrum().view(), clipped) {
             continue;
         }
         let unfit = beyond.then_some(Unfit::Beyond).or(quiet.then_some(Unfit::Quiet));
@@ -104,8 +100,7 @@ fn frames<R: Kind, const N: usize>(
         if missing || unfit.is_some() {
             continue;
         }
-        for found in &mut frame.targets() {
-            found.beside_rails(clipped, layout.chirps * N);
+        for found in &frame.targets() {
             let uncertainty = told.uncertainty.as_ref();
             let budget = |known: &picket_dsp::solve::uncertainty::Uncertainty| {
                 known.of_target(&found.target, 0.0)
