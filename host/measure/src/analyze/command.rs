@@ -187,11 +187,13 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
         if let Some(range) = options.told.known_m {
             let file = &options.input.file;
             if let Some(path) = &options.told.save {
-                options.output.check(path, &[file])?;
+                let first = options.told.first.iter();
+                let read: Vec<&Path> = first.chain([file]).map(PathBuf::as_path).collect();
+                options.output.check(path, &read)?;
             }
             let told = (&radar, &options.told);
-            let (known, ramps, tally) = known::run(file, &cut, options.input.n, told, range)?;
-            known::tell(&known, range, ramps, style, options.told.save.as_deref())?;
+            let (known, tally) = known::run(file, &cut, options.input.n, told, range)?;
+            known::tell(&known, style, (options.told.save.as_deref(), options.output))?;
             tally.tell(cli::name(file), cut.codes);
             return Ok(ended(tally.left_out()));
         }
