@@ -10,7 +10,7 @@ use crate::simulate::Kind;
 use crate::with_record;
 use picket_dsp::Chirp;
 use picket_dsp::acquire::sample::{Data, Segment, Statistics};
-use picket_dsp::frame::{Cells, Frame, FrameTarget};
+use picket_dsp::frame::{Cells, Frame, FramePlan, FrameTarget};
 use picket_dsp::solve::phase_range::PhaseRange;
 use picket_dsp::solve::uncertainty::Budget;
 use picket_dsp::spectrum::Spectrum;
@@ -31,6 +31,10 @@ pub struct Found {
     pub budget: Option<Budget>,
     /// Its range by phase, where that was asked for, and its error.
     pub phase: Option<(PhaseRange, Option<Budget>)>,
+    /// A reason beside the target's own, which its record cannot know.
+    pub also: Option<&'static str>,
+    /// The plan of its frame, of a recording's.
+    pub plan: Option<FramePlan>,
 }
 
 /// Measures every frame. Returns how many there are, and what was left out.
@@ -116,7 +120,15 @@ fn frames<R: Kind, const N: usize>(
                 (answer, uncertainty.map(|known| known.of_phase_range(&answer, wavelength_m)))
             });
             let budget = uncertainty.map(budget);
-            sink(Found { frame: at, chirp, found: *found, budget, phase });
+            sink(Found {
+                frame: at,
+                chirp,
+                found: *found,
+                budget,
+                phase,
+                also: None,
+                plan: Some(plan),
+            });
         }
     }
     tally.check(cut.codes)?;
