@@ -8,7 +8,7 @@ use picket_lab::bench::model::Model;
 use picket_lab::bench::{
     self, CORES, Core, Count, ENGINES, Engine, How, Scope,
     equality::{self, Equality},
-    locked, several, size,
+    locked, ranging, several, size,
     worst::{self, Worst},
 };
 use serde::Deserialize;
@@ -29,6 +29,8 @@ struct Budgets {
     several: Vec<u64>,
     /// Instructions of the phase of a block's only tone.
     phase: u64,
+    /// Instructions of ranges by phase, of the whole error and of a clock beside another, by core and stage.
+    ranging: BTreeMap<String, BTreeMap<String, u64>>,
     /// Instructions and modelled cycles that no measurement takes more of, by core, kind of record, length and effort; 0 where no cycles are
     /// modelled.
     ceilings: BTreeMap<String, BTreeMap<String, Ceilings>>,
@@ -546,4 +548,36 @@ fn further_tones_have_the_same_bits() {
     }
     excess.check("phase of one tone, instructions", rows[0].phase, budgets.phase);
     assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
+}
+
+/// Ranges by phase, the whole error, a clock beside another.
+fn assert_ranging(name: &str) {
+    let core = core(name);
+    prepare_images(core.target);
+    let image = ranging::image(core).unwrap_or_else(|error| panic!("{error}"));
+    let counted = ranging::count(core, &image).unwrap_or_else(|error| panic!("{error}"));
+    println!("{name}: {counted:?}");
+    let (budgets, mut excess) = (budgets(), Excess::default());
+    for stage in ranging::STAGES {
+        let spent = *counted.get(stage).unwrap_or_else(|| panic!("{stage} is not counted"));
+        let allowed = budgets.ranging.get(name).and_then(|of| of.get(stage));
+        excess.check(
+            &format!("{name}, {stage}, instructions"),
+            spent,
+            allowed.copied().unwrap_or(0),
+        );
+    }
+    assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
+}
+
+#[test]
+#[ignore = "needs an image of frames: cargo test --test all -- --ignored"]
+fn ranges_by_phase_keep_their_budget() {
+    assert_ranging("M4F");
+}
+
+#[test]
+#[ignore = "needs an image of frames for the Cortex-M0: cargo test --test all -- --ignored"]
+fn ranges_by_phase_keep_their_budget_on_cortex_m0() {
+    assert_ranging("M0");
 }

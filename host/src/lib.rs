@@ -25,5 +25,5 @@ pub mod web;
 
 pub use picket_measure::{
     analyze, arithmetic, band, end, estimator, explain, follow, output, plot, progress, recording,
-    reference, scenario, simulate, spectrogram, survey, trials, views,
+    reference, scatter, scenario, simulate, spectrogram, survey, trials, views,
 };

@@ -5,6 +5,7 @@ const PROGRAM: &str = env!("CARGO_BIN_EXE_picket");
 
 mod builds;
 mod calibrate;
+mod calibrate_range;
 mod cli;
 mod demo;
 mod design;

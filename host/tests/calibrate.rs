@@ -2,17 +2,21 @@
 
 use crate::cli::file;
 use crate::device::{PICKET, Running, ended, path, patient, plug, start, text};
-use fixed::types::I0F32;
+use fixed::types::{I0F32, I32F32};
+use picket_dsp::Target;
 use picket_dsp::acquire::burst::Trigger;
 use picket_dsp::acquire::sample::Stamp;
 use picket_dsp::config::{Config, Scene};
+use picket_dsp::frame::FrameTarget;
 use picket_dsp::methods::registry::Method;
 use picket_dsp::pipeline::Measurement;
 use picket_dsp::solve::equations::Chirp;
+use picket_dsp::solve::uncertainty::Uncertainty;
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::{Tone, Verdict};
 use picket_simulator::Draw;
 use picket_wire::boot::{Boot, Clock};
+use picket_wire::chirp_frame::{ChirpFrame, Found};
 use picket_wire::command::{Answer, Command as Order, Request};
 use picket_wire::frame::Reader;
 use picket_wire::settings::{Calibration, Drive, Mode, Settings};
@@ -366,6 +370,98 @@ fn clocked(mut port: serialport::TTYPort, ratio: f64, tell: mpsc::Sender<Order>)
             }
         }
     });
+}
+
+/// A board that sends a frame of chirps with one target each 20 ms, whose sample clock has 80 % of the stated rate.
+fn framed(mut port: serialport::TTYPort) {
+    use serialport::SerialPort;
+    let mut line = patient(&port);
+    port.set_timeout(Duration::from_millis(20)).unwrap();
+    std::thread::spawn(move || {
+        let uncertainty = Some(Uncertainty { slope_ppm: 100.0, ..Uncertainty::default() });
+        let (mode, drive) =
+            (Mode::Frames { chirps: 16, period_s: None }, Drive::Dac { low: 250, high: 3845 });
+        let settings = Settings { mode, drive, uncertainty, ..BENCH.settings() };
+        let mut reader = Reader::default();
+        let begun = Instant::now();
+        for number in 0..6_000 {
+            let mut bytes = [0; 256];
+            let count = port.read(&mut bytes).unwrap_or(0);
+            for &byte in &bytes[..count] {
+                let Some(Ok(frame)) = reader.push(byte) else { continue };
+                let Ok(request) = Request::from_frame(&frame) else { continue };
+                let body = match request.command {
+                    Order::GetSettings => settings.to_bytes(1024).to_vec(),
+                    _ => Vec::new(),
+                };
+                let _ = line.write_all(&request.answer().reply(&body));
+            }
+            let clock = (begun.elapsed().as_secs_f64() * RATE * 0.8) as u64;
+            let stamp = Stamp { sequence: 16 * number, clock, ..Stamp::default() };
+            let (targets, rate_hz, period_s) = (1, RATE, 1e-3);
+            let head = ChirpFrame {
+                number,
+                stamp,
+                chirps: 16,
+                targets,
+                rate_hz,
+                period_s,
+                ..ChirpFrame::default()
+            };
+            let target = Target {
+                range: I32F32::from_num(10),
+                velocity: Some(I32F32::from_num(1)),
+                sigma_range: 1e-3,
+                sigma_velocity: 1e-3,
+                ..Target::default()
+            };
+            let found = FrameTarget { target, ..FrameTarget::default() };
+            let found = Found { frame: number, place: 0, found };
+            if line.write_all(&[&head.to_frame()[..], &found.to_frame()].concat()).is_err() {
+                return;
+            }
+        }
+    });
+}
+
+/// A board's frames tell a wrong rate too, and each target has its whole error.
+#[test]
+fn a_boards_frames_have_a_checked_rate_and_the_whole_error() {
+    let run = |name: &str, style: &[&str]| {
+        let name = path(name);
+        let (ours, _theirs) = plug(&name);
+        framed(ours);
+        let name = name.to_str().unwrap().to_owned();
+        // A file takes all rows, where a pipe is full after some.
+        let rows = format!("{name}.rows");
+        let mut command = Command::new(PICKET);
+        command.args(["watch", &name, "--count", "400"]).args(style).stdin(Stdio::null());
+        command.stdout(File::create(&rows).unwrap()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        assert!(child.wait().unwrap().success());
+        read_to_string(rows).unwrap()
+    };
+    let (table, printed) = std::thread::scope(|scope| {
+        let table = scope.spawn(|| run("frames-table", &[]));
+        let printed = run("frames-jsonl", &["--jsonl"]);
+        (table.join().unwrap(), printed)
+    });
+    let lines: Vec<serde_json::Value> =
+        printed.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let told = lines.iter().position(|line| line["rate_check"] == "wrong").unwrap();
+    assert!(number(&lines[told]["seconds"]) < 5.0, "{}", lines[told]);
+    let targets = || lines.iter().enumerate().filter(|(_, line)| !line["range_m"].is_null());
+    assert!(targets().count() > 300);
+    for (at, line) in targets() {
+        let says =
+            line["also"].as_array().is_some_and(|all| all.iter().any(|it| it == "wrong-rate"));
+        assert_eq!(says, at > told, "{line}");
+    }
+    // The settings came before the last ones: 10 m of 100 ppm.
+    let (_, last) = targets().last().unwrap();
+    assert!((number(&last["budget"]["slope_range_m"]) - 1e-3).abs() < 1e-6, "{last}");
+    assert!((number(&last["budget"]["uncertainty_range_m"]) - 2f64.sqrt() * 1e-3).abs() < 1e-6);
+    assert!(table.contains("+- all") && table.contains(", wrong-rate"), "{table}");
 }
 
 /// `picket watch` compares the board's clock with this machine's: a wrong rate is told and not stored, a small error is stored.

@@ -122,7 +122,11 @@ fn a_clipped_frame_says_so() {
 }
 
 fn run_text(arguments: &[&str]) -> String {
-    let output = run(ANALYZE, arguments);
+    run_of(ANALYZE, arguments)
+}
+
+fn run_of(command: &str, arguments: &[&str]) -> String {
+    let output = run(command, arguments);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
 }
@@ -221,6 +225,73 @@ fn calibrated_by_a_known_range() {
     let none = file("none.json", b"{}");
     let no = ["--period-s", "120e-6", "--phase", "--calibration", &none];
     refused(ANALYZE, &[&[&other[..]], &RADAR[..], &no[..]].concat(), "no calibration");
+}
+
+/// What bounds a target, its aliases, and the targets beside it.
+#[test]
+fn a_frame_is_explained() {
+    let near = json!([target(18.0, 3.0, 90.0), target(19.4, 4.5, 60.0), target(30.0, -2.0, 50.0)]);
+    let mut run = scene(128, -6.0, true, near);
+    let path = array("explained.npy", &mut run, "2, 64", 128);
+    let usual = ["--period-s", "120e-6", "--mixing", "tx-conj-rx"];
+    let bounds = ["--velocity-mps=-8:8"];
+    let explained = |frame: &str, more: &[&str]| {
+        let all = [&[&path[..]], &RADAR[..], &usual, &["--frame", frame], more].concat();
+        run_of("explain", &all)
+    };
+    let object = |more: &[&str]| -> Value {
+        serde_json::from_str(&explained("1", &[more, &["--json"]].concat())).unwrap()
+    };
+    let told = ["--uncertainty", "slope_ppm=100,carrier_ppm=20"];
+    let found = object(&[&bounds[..], &told].concat());
+    let targets = found["targets"].as_array().unwrap();
+    assert_eq!((targets.len(), &found["frame"]), (3, &json!(1)), "{found}");
+    // The numbers are those of `analyze`.
+    let all =
+        lines(ANALYZE, &[&[&path[..]], &RADAR[..], &usual, &bounds, &told, &["--json"]].concat());
+    for (mine, theirs) in targets.iter().zip(&all[3..]) {
+        for name in ["frame", "range_m", "sigma_velocity_mps", "verdict", "budget"] {
+            assert_eq!(mine[name], theirs[name], "{name}");
+        }
+    }
+    // 1.4 m and 1.5 m/s are 2.8 and 5.9 cells; the third target is 24 cells off.
+    let beside = targets[0]["neighbours"].as_array().unwrap();
+    assert!(beside.len() == 1 && beside[0]["target"] == 2, "{beside:?}");
+    let cells = ["range_cells", "velocity_cells"].map(|name| number(&beside[0], name));
+    assert!((cells[0] - 2.8).abs() < 0.5 && (cells[1] - 5.9).abs() < 0.5, "{cells:?}");
+    assert_eq!(targets[0]["reasons"][0]["verdict"], targets[0]["verdict"]);
+    let text = explained("1", &[&bounds[..], &told].concat());
+    for words in
+        ["target 1: 17.", "slope", "carrier", "fitted together with target 2", "within the bounds"]
+    {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    // Without a bound the velocity of a weak one is open.
+    let mut run = scene(64, -22.0, true, json!([target(18.0, 11.0, 30.0)]));
+    let path = array("open.npy", &mut run, "64", 64);
+    let all = [&[&path[..]], &RADAR[..], &usual, &["--frame", "0"]].concat();
+    let text = run_of("explain", &all);
+    assert!(text.contains("these aliases fit") && text.contains("narrow --velocity-mps"), "{text}");
+
+    // Two in one cell.
+    let mut run =
+        scene(64, 10.0, true, json!([target(18.0, 3.0, 200.0), target(18.4, 3.1, 190.0)]));
+    let path = array("crowded.npy", &mut run, "64", 64);
+    let all = [&[&path[..]], &RADAR[..], &usual, &bounds, &["--frame", "0"]].concat();
+    let text = run_of("explain", &all);
+    assert!(text.contains("unresolved: "), "{text}");
+    let refusals = |more: &[&str], line: &str| {
+        let arguments = [&[&path[..]], &RADAR[..], &usual, more].concat();
+        let output = self::run("explain", &arguments);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && message.contains(line), "{line}: {message}");
+        assert!(output.stdout.is_empty(), "{line}");
+    };
+    refusals(&["--frame", "7"], "the recording has 1 frames");
+    refusals(&["--frame", "0", "--block", "0"], "--block");
+    refusals(&["--frame", "0", "--known-m", "1"], "options of picket analyze");
+    refusals(&["--frame", "0", "--chirps", "1"], "measured one by one");
+    refusals(&["--block", "0"], "--chirp-s goes with --frame");
 }
 
 /// No alias of 3 m/s, 16 m/s apart, lies within 1 m/s of rest: the target is there, and has no usable place.

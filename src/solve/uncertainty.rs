@@ -16,7 +16,7 @@ use core::f32::consts::PI;
 pub struct Uncertainty {
     /// Of the sample clock, parts per million.
     pub clock_ppm: f32,
-    /// Of the carrier, parts per million.
+    /// Of the carrier, parts per million: for a range by phase, of the carrier in the middle of the record.
     pub carrier_ppm: f32,
     /// Of the sweep's slope, parts per million.
     pub slope_ppm: f32,
@@ -170,8 +170,8 @@ impl Uncertainty {
         }
     }
 
-    /// The budget of a range by phase, for a carrier's wavelength in metres. Where the cycle is sure, the range depends on the carrier and on
-    /// the phase at 0 m; elsewhere it is that of the frequency.
+    /// The budget of a range by phase, for a carrier's wavelength in metres. Where the cycle is sure, the range depends on the carrier in the
+    /// middle of the record and on the phase at 0 m; elsewhere it is that of the frequency.
     pub fn of_phase_range(&self, answer: &PhaseRange, wavelength_m: f32) -> Budget {
         let target = Target {
             range: answer.range,

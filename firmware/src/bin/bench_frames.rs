@@ -5,6 +5,7 @@
 
 use core::hint::black_box;
 use cortex_m_rt::entry;
+use fixed::types::I32F32;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::rate_check::RateCheck;
 use picket_dsp::acquire::sample::{Iq, Segment};
@@ -14,8 +15,11 @@ use picket_dsp::pipeline::Pipeline;
 use picket_dsp::solve::chirp::Target;
 use picket_dsp::solve::equations::Chirp;
 use picket_dsp::solve::phase_range::{Calibration, PhaseRanging};
+use picket_dsp::solve::uncertainty::Uncertainty;
 use picket_dsp::solve::waveform::Shape;
+use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::phasor::ToneWithPhase;
+use picket_dsp::tone::{Tone, Verdict};
 use picket_firmware::mps2::count::{Random, count};
 use picket_firmware::mps2::halt::{Exit, exit};
 use picket_firmware::mps2::{Timer, Uart, handlers};
@@ -27,6 +31,9 @@ picket_firmware::vectors!(handlers(&[]));
 const N: usize = 256;
 const CHIRPS: usize = 32;
 const BINS: usize = 127;
+
+/// The range of the target that has a phase, m.
+const RANGE: I32F32 = I32F32::lit("20.4");
 
 static CELLS: ConstStaticCell<[[i16; 2]; CHIRPS * BINS]> =
     ConstStaticCell::new([[0; 2]; CHIRPS * BINS]);
@@ -75,16 +82,41 @@ fn main() -> ! {
     }
     let found = count("frame", || frame.targets());
     black_box(&found);
-    let phasor = black_box(ToneWithPhase::default());
-    let target = black_box(Target::default());
-    count("phase range", || ranging.at_rest(Segment::Up, &phasor));
+    // A beat of 20 dB at 20 m, as the fit gives it.
+    let verdict = Verdict::Good;
+    let frequency = Frequency::from_bins(40, 0.03f32, N).unwrap_or_default();
+    let tone = Tone { frequency, sigma: 1.2e-5, snr: 100.0, verdict, rate_hz, ..Tone::default() };
+    let phasor = black_box(ToneWithPhase { tone, phase: 1.0, sigma_phase: 4.4e-3 });
+    let target = black_box(Target {
+        range: RANGE,
+        velocity: Some(I32F32::ZERO),
+        sigma_range: 1.5e-3,
+        sigma_velocity: 0.1,
+        verdict,
+        ..Target::default()
+    });
+    let answer = count("phase range", || ranging.at_rest(Segment::Up, &phasor));
     count("phase ranges", || ranging.moving(&phasor, &phasor, &target));
+    let known = black_box(Uncertainty {
+        clock_ppm: 20.0,
+        carrier_ppm: 1.0,
+        slope_ppm: 100.0,
+        angle_rad: 0.01,
+        range_offset_m: 1e-3,
+        phase_rad: 0.1,
+    });
+    count("budget", || known.of_target(&target, 0.1).total());
+    black_box(known.of_phase_range(&answer, 0.0125).total());
     black_box(ranging.of_target(Segment::Up, &phasor, &target).candidates().count());
     black_box(ranging.calibrate(&phasor, black_box(1.0), 1e-3));
     if let Some(mut check) = RateCheck::new(black_box(1e6), black_box(1e6)) {
         check.push(black_box(0), black_box(0));
-        check.push(black_box(9), black_box(9));
-        black_box(check.error());
+        count("clock push", || check.push(black_box(9), black_box(9)));
+        // A window each, until all are filled.
+        for block in 1..64u64 {
+            check.push(black_box(20_000 * block), black_box(20_000 * block + block % 7));
+        }
+        count("clock error", || check.error());
     }
     exit(Exit::Done)
 }

@@ -163,6 +163,76 @@ fn a_second_echo_costs_odds_and_not_truth() {
     hold_together("a second echo costs no truth, all together", rows, &together);
 }
 
+/// Sensors that are calibrated by a target at a distance that is known with an error, whose sweeps are known with one: twice the uncertainty
+/// covers 95 % of the errors of the ranges by frequency and by phase.
+#[test]
+fn a_calibrations_errors_are_in_the_uncertainty() {
+    const SENSORS: u64 = 1500;
+    const RAMPS: usize = 4;
+    let (known_m, sigma_m, sigma_slope_ppm) = (0.5, 5e-6, 20.0);
+    println!("seeds: the numbers of the sensors, 0 to {SENSORS}");
+    let ([mut sure, mut covered, mut covered_by_frequency], mut scatter) = ([0u64; 3], [0.0; 2]);
+    for sensor in 0..SENSORS {
+        let mut draw = Draw::new(64, sensor);
+        let turns = draw.share();
+        let slope = 1.0 + 1e-6 * sigma_slope_ppm * draw.normal();
+        let cable_m = 0.1 * draw.normal();
+        let true_known_m = known_m + sigma_m * draw.normal();
+        let range_m = draw.between(6.0, 10.0);
+        let told_of = scene((60.0, 5.0), Shape::Sawtooth, Iq, 1024);
+        let chirp = told(&told_of).unwrap();
+        let config = Config::new(told_of.rate_hz, Codes::signed::<12>());
+        let mut pipeline = Box::new(Pipeline::<picket_dsp::Iq, 1024>::new(config.plan().unwrap()));
+        let mut lines = |range_m: f64, ramps: usize, seed: u64| {
+            let mut true_one = told_of.clone();
+            (true_one.seed, true_one.seconds) = (seed, (ramps + 1) as f64 * 1.1e-3);
+            true_one.receiver.noise.rms = Some(deviation(900.0, 15.0).into());
+            let mut one = target((range_m, range_m), 0.0, 900.0);
+            one.velocity_mps = 0.0.into();
+            one.range_m = (range_m + cable_m).into();
+            one.phase_turns = turns.into();
+            true_one.sources = vec![Source::Target(one)];
+            if let Some(waveform) = &mut true_one.waveform {
+                waveform.bandwidth_hz *= slope;
+            }
+            let mut run = true_one.run(0).unwrap();
+            let line = |index| {
+                let samples = samples::<picket_dsp::Iq, 1024>(&mut run, index);
+                let measurement = pipeline.block(&Stamp::default(), &samples);
+                pipeline.lines(&measurement, 1)[0]
+            };
+            (0..ramps).map(line).collect::<Vec<_>>()
+        };
+        let rate_hz = told_of.rate_hz;
+        let ranging = |known| PhaseRanging::new(&chirp, rate_hz, 1024, true, known).unwrap();
+        let stated =
+            Calibration { sigma_slope_ppm: sigma_slope_ppm as f32, ..Calibration::default() };
+        let before = lines(true_known_m, RAMPS, 2 * sensor);
+        let calibration = ranging(stated).calibrate_all(&before, known_m, sigma_m as f32).unwrap();
+        let [line] = lines(range_m, 1, 2 * sensor + 1)[..] else { panic!("{sensor}") };
+        let answer = ranging(calibration).at_rest(Segment::Up, &line);
+        let Calibration { sigma_offset_m, .. } = calibration;
+        let by_frequency = answer.sigma_by_frequency.hypot(sigma_offset_m);
+        let by_frequency = by_frequency.hypot(1e-6 * sigma_slope_ppm as f32 * range_m as f32);
+        let off = (answer.by_frequency.to_num::<f64>() - range_m) / f64::from(by_frequency);
+        covered_by_frequency += u64::from(off.abs() < 2.0);
+        scatter[0] += off * off;
+        if answer.is_sure() {
+            let off = (answer.range.to_num::<f64>() - range_m) / f64::from(answer.uncertainty);
+            (sure, covered) = (sure + 1, covered + u64::from(off.abs() < 2.0));
+            scatter[1] += off * off;
+        }
+    }
+    let shares = [covered_by_frequency as f64 / SENSORS as f64, covered as f64 / sure as f64];
+    println!(
+        "within twice the uncertainty: range by frequency, by phase: {shares:.3?}; mean squares {:.2}, {:.2}; {sure} sure",
+        scatter[0] / SENSORS as f64,
+        scatter[1] / sure as f64
+    );
+    assert!(10 * sure > 9 * SENSORS, "{sure}");
+    assert!(shares.iter().all(|share| (0.93..=0.97).contains(share)), "{shares:?}");
+}
+
 /// What is not known of a sensor is told as a standard deviation of each, and drawn for each of many sensors: twice the uncertainty covers 95 %
 /// of the errors.
 #[test]

@@ -25,6 +25,7 @@ pub mod output;
 pub mod plot;
 pub mod progress;
 pub mod reference;
+pub mod scatter;
 pub mod scenario;
 pub mod simulate;
 pub mod spectrogram;

@@ -11,8 +11,8 @@ use std::fmt;
 pub enum CalibrateError {
     /// The board is not heard, or refuses.
     Watch(WatchError),
-    /// No port was named: the first there is.
-    Nameless(Option<String>),
+    /// No port was named: the first there is, and what is to be measured.
+    Nameless(Option<String>, &'static str),
     /// A recording without the board's settings.
     NoSettings(String),
     /// The board does not measure.
@@ -21,6 +21,10 @@ pub enum CalibrateError {
     Chirp,
     /// The board waits for bursts.
     Bursts,
+    /// The board measures no chirps.
+    NoChirp,
+    /// The board's records have no phases.
+    NoPhase,
     /// The reference would fold.
     Beyond {
         /// The reference, Hz.
@@ -51,6 +55,15 @@ pub enum CalibrateError {
         /// What most of them say.
         verdict: Verdict,
     },
+    /// No ramp is of use.
+    Unclear {
+        /// All of them.
+        ramps: usize,
+        /// What most of them say.
+        verdict: Verdict,
+    },
+    /// The target does not calibrate, or a file does not: why.
+    Line(String),
     /// The tone is too far from the reference.
     Off {
         /// The tone, Hz.
@@ -70,10 +83,10 @@ impl fmt::Display for CalibrateError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             CalibrateError::Watch(error) => error.fmt(f),
-            CalibrateError::Nameless(Some(first)) => {
-                write!(f, "name the port: picket calibrate {first} --reference HZ")
+            CalibrateError::Nameless(Some(first), wanted) => {
+                write!(f, "name the port: picket calibrate {first} {wanted}")
             }
-            CalibrateError::Nameless(None) => f.write_str(
+            CalibrateError::Nameless(None, _) => f.write_str(
                 "there is no serial port: plug the board in by its USB socket (--help lists all)",
             ),
             CalibrateError::NoSettings(name) => write!(
@@ -89,6 +102,18 @@ impl fmt::Display for CalibrateError {
             CalibrateError::Bursts => f.write_str(
                 "the board waits for bursts: set mode to \"blocks\" by picket watch PORT --set-settings FILE, then try again",
             ),
+            CalibrateError::NoChirp => f.write_str(
+                "the board measures no chirps: set scene to \"chirp\" and a drive by picket watch PORT --set-settings FILE, then try again",
+            ),
+            CalibrateError::NoPhase => f.write_str(
+                "the recording has no phases: set most to 2 by picket watch PORT --set-settings FILE, then record again",
+            ),
+            CalibrateError::Unclear { ramps, verdict } => write!(
+                f,
+                "none of {ramps} rising ramps can be used, most are {verdict} ({}): does one target stand out, and rest?",
+                verdict.reason().trim_end_matches('.')
+            ),
+            CalibrateError::Line(line) => f.write_str(line),
             CalibrateError::Beyond { reference_hz, rate_hz } => write!(
                 f,
                 "the reference of {reference_hz} Hz is not below half the board's {rate_hz} samples a second and would fold: choose a lower one, or raise rate_hz"
@@ -118,7 +143,7 @@ impl fmt::Display for CalibrateError {
             }
             CalibrateError::Another(ppm) => write!(
                 f,
-                "the board uses clock_ppm {ppm} after it was sent another one, and nothing was saved: does another program send settings?"
+                "the board uses other settings (clock_ppm {ppm}) than it was sent, and nothing was saved: does another program send settings?"
             ),
         }
     }

@@ -1,6 +1,6 @@
 //! What a user types after `picket demo`.
 
-use crate::analyze::command::mixing;
+use crate::analyze::ramp::mixing;
 use crate::output::Output;
 use crate::scenario::Laser;
 use crate::{band, cli};

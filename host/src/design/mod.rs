@@ -9,7 +9,7 @@ use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyl
 use picket_dsp::Shape;
 use picket_dsp::config::SPEED_OF_LIGHT;
 use picket_dsp::solve::uncertainty::Uncertainty;
-use picket_measure::analyze::command::shape;
+use picket_measure::analyze::ramp::shape;
 use picket_measure::analyze::told;
 use picket_measure::length;
 use serde::ser::{Serialize, SerializeMap, Serializer};

@@ -5,7 +5,6 @@ use super::settings::{from_answer, with_clock};
 use crate::device::Said;
 use picket_dsp::acquire::rate_check::{ClockError, RateCheck, WINDOWS};
 use picket_wire::settings::{Calibration, Drive, Settings};
-use picket_wire::telemetry::Telemetry;
 use std::time::Duration;
 
 /// Ticks of this machine's clock in a second.
@@ -62,26 +61,36 @@ impl HostClock {
         self.running = None;
     }
 
-    /// Takes what concerns it, except records.
-    pub fn hear(&mut self, said: &Said) {
+    /// Takes what is said, and when it arrived; `rate_of` is the sample rate of a block, if it is known. Gives what is to be told.
+    pub fn hear(
+        &mut self,
+        said: &Said,
+        rate_of: impl Fn(u32) -> Option<f64>,
+        at: Duration,
+    ) -> Option<Told> {
         match said {
             Said::Boot(_) => (self.settings, self.running) = (None, None),
             Said::Answer(_, Ok(body)) => self.settings = from_answer(body).or(self.settings),
+            Said::Telemetry(record) => {
+                let stamp = record.measurement.stamp;
+                return self.arrive(stamp.clock, rate_of(stamp.sequence), at);
+            }
+            Said::ChirpFrame(frame) => {
+                // It is sent when its targets are found, which takes more or less long.
+                let search = Duration::try_from_secs_f32(frame.search_s).ok()?;
+                let at = at.checked_sub(search)?;
+                return self.arrive(frame.stamp.clock, Some(frame.rate_hz), at);
+            }
             _ => {}
         }
+        None
     }
 
-    /// Takes a record at this sample rate and the time of its arrival; gives what is to be told.
-    pub fn arrive(
-        &mut self,
-        record: &Telemetry,
-        rate_hz: Option<f64>,
-        at: Duration,
-    ) -> Option<Told> {
+    /// Takes a record's count of samples, its sample rate and the time of its arrival.
+    fn arrive(&mut self, clock: u64, rate_hz: Option<f64>, at: Duration) -> Option<Told> {
         let (settings, _) = self.settings?;
         // An external source decides when samples are counted.
         let rate_hz = rate_hz.filter(|_| settings.drive != Drive::External)?;
-        let clock = record.measurement.stamp.clock;
         let goes_on = |running: &Running| running.rate_hz == rate_hz && running.clock <= clock;
         if !self.running.as_ref().is_some_and(goes_on) {
             self.running = Some(Running::new(rate_hz, at)?);
@@ -159,7 +168,8 @@ impl Running {
     }
 
     fn arrive(&mut self, clock: u64, at: Duration) -> Option<Told> {
-        self.check.push(clock, u64::try_from((at - self.begun).as_micros()).ok()?);
+        // A frame whose targets took long to find may seem to be older than the first one.
+        self.check.push(clock, u64::try_from(at.checked_sub(self.begun)?.as_micros()).ok()?);
         (self.clock, self.records) = (clock, self.records + 1);
         if at < self.due || self.records < FEWEST {
             return None;
@@ -188,14 +198,16 @@ mod tests {
     use picket_dsp::methods::registry::Method;
     use picket_dsp::pipeline::Measurement;
     use picket_simulator::Draw;
+    use picket_wire::chirp_frame::ChirpFrame;
     use picket_wire::command::Answer;
-    use picket_wire::telemetry::Health;
+    use picket_wire::telemetry::{Health, Telemetry};
 
     const N: u64 = 1024;
 
-    fn record(measurement: Measurement) -> Telemetry {
+    fn record(stamp: Stamp) -> Said {
         let (method, health) = (Method::LeastSquaresReal, Health::default());
-        Telemetry { measurement, method, health, basis: None, uncertainty: None }
+        let measurement = Measurement { stamp, ..Measurement::default() };
+        Said::Telemetry(Telemetry { measurement, method, health, basis: None, uncertainty: None })
     }
 
     /// A board, and the host that it is connected to.
@@ -208,6 +220,8 @@ mod tests {
         /// The longest delay in a burst, s; one begins every ten seconds or so.
         burst_s: f64,
         drive: Drive,
+        /// Frames of chirps, whose targets take up to a tenth of a second to find.
+        frames: bool,
     }
 
     impl Line {
@@ -217,7 +231,7 @@ mod tests {
             let mut clock = HostClock::default();
             let settings = Settings { drive: self.drive, ..Settings::default() };
             let body = settings.to_bytes(N as usize).to_vec();
-            clock.hear(&Said::Answer(Answer::default(), Ok(body)));
+            clock.hear(&Said::Answer(Answer::default(), Ok(body)), |_| None, Duration::ZERO);
             let (mut told, mut burst, mut arrived) = (Vec::new(), 0.0, 0.0f64);
             let block_s = N as f64 / self.true_hz;
             for sequence in 0..(self.seconds / block_s) as u32 {
@@ -229,12 +243,20 @@ mod tests {
                 // Records come in order.
                 arrived = arrived.max(f64::from(sequence + 1) * block_s + late);
                 let stamp = Stamp { sequence, clock: N * u64::from(sequence), ..Stamp::default() };
-                let measurement = Measurement { stamp, ..Measurement::default() };
-                let record = record(measurement);
-                let at = Duration::from_secs_f64(100.0 + arrived);
-                told.extend(
-                    clock.arrive(&record, Some(self.stated_hz), at).map(|told| (arrived, told)),
-                );
+                let search_s = if self.frames { 0.1 * draw.share() as f32 } else { 0.0 };
+                let at = Duration::from_secs_f64(100.0 + arrived + f64::from(search_s));
+                let rate_hz = self.stated_hz;
+                let said = match self.frames {
+                    true => Said::ChirpFrame(ChirpFrame {
+                        stamp,
+                        search_s,
+                        rate_hz,
+                        ..ChirpFrame::default()
+                    }),
+                    false => record(stamp),
+                };
+                let heard = clock.hear(&said, |_| Some(rate_hz), at);
+                told.extend(heard.map(|told| (arrived, told)));
             }
             (told, clock)
         }
@@ -247,6 +269,7 @@ mod tests {
         jitter_s: 1e-3,
         burst_s: 0.05,
         drive: Drive::Off,
+        frames: false,
     };
 
     /// Ten minutes with a millisecond of jitter and bursts of delay: a part per million with a true sigma, and no right rate called wrong. When
@@ -258,7 +281,8 @@ mod tests {
         let (mut squares, mut early, mut known) = (0.0, 0.0, 0.0f64);
         for seed in 0..SEEDS {
             let ppm = 100.0 * (Draw::new(seed, 1).share() - 0.5);
-            let line = Line { true_hz: 48e3 * (1.0 + 1e-6 * ppm), ..LINE };
+            let frames = seed % 2 == 1;
+            let line = Line { true_hz: 48e3 * (1.0 + 1e-6 * ppm), frames, ..LINE };
             let (told, clock) = line.run(seed);
             let off = |error: ClockError| (f64::from(error.ppm) - ppm) / f64::from(error.sigma_ppm);
             let [(at, Told::Known(first))] = told[..] else { panic!("{seed}: {told:?}") };
@@ -291,7 +315,9 @@ mod tests {
         ] {
             for seed in 0..50 {
                 let true_hz = share * stated_hz;
-                let line = Line { stated_hz, true_hz, seconds: 2.0 * within_s, ..LINE };
+                // Frames that come half as often do not tell a percent as soon.
+                let frames = seed % 2 == 1 && share < 1.0;
+                let line = Line { stated_hz, true_hz, seconds: 2.0 * within_s, frames, ..LINE };
                 let (told, clock) = line.run(seed);
                 let [(at, told @ Told::Wrong(error))] = told[..] else {
                     panic!("{stated_hz} {seed}: {told:?}")
@@ -330,8 +356,8 @@ mod tests {
         let line = Line { true_hz: 0.8 * 48e3, seconds: 10.0, drive: Drive::External, ..LINE };
         let (told, clock) = line.run(0);
         assert_eq!((told.len(), clock.error()), (0, None));
-        let record = record(Measurement::default());
-        assert_eq!(HostClock::default().arrive(&record, Some(48e3), Duration::ZERO), None);
+        let record = record(Stamp::default());
+        assert_eq!(HostClock::default().hear(&record, |_| Some(48e3), Duration::ZERO), None);
     }
 
     /// A restart counts samples from 0 again.
@@ -340,7 +366,7 @@ mod tests {
         let (_, mut clock) = Line { seconds: 20.0, ..LINE }.run(3);
         assert!(clock.error().is_some());
         let at = Duration::from_secs(200);
-        assert_eq!(clock.arrive(&record(Measurement::default()), Some(48e3), at), None);
+        assert_eq!(clock.hear(&record(Stamp::default()), |_| Some(48e3), at), None);
         assert_eq!(clock.error(), None);
     }
 }

@@ -1,10 +1,13 @@
 //! The targets of frames of chirps as lines, for people and for programs: those that `picket analyze` prints.
 
 use super::Style;
-use super::line::Told;
+use super::line::{Told, WRONG_RATE};
+use super::settings::from_answer;
 use crate::analyze::chirps::Finding;
 use crate::analyze::{Style as Printed, frames, ranges};
 use crate::cli::print_line;
+use crate::device::Said;
+use picket_dsp::solve::uncertainty::Uncertainty;
 use picket_wire::chirp_frame::{ChirpFrame, Found};
 use serde::Serialize;
 
@@ -12,8 +15,10 @@ use serde::Serialize;
 #[derive(Debug, Default)]
 pub(super) struct Frames {
     frame: Option<ChirpFrame>,
-    /// What stands above the targets is written.
-    heading: bool,
+    /// What is not known of the sensor, by its settings.
+    uncertainty: Option<Uncertainty>,
+    /// What stands above the targets that is written: of targets with their whole error, or of others.
+    heading: Option<bool>,
 }
 
 impl Frames {
@@ -33,8 +38,17 @@ impl Frames {
         }
     }
 
-    /// Shows a target. One whose frame was lost on the line is not shown.
-    pub(super) fn target(&mut self, found: &Found, style: Style) {
+    /// Takes the settings.
+    pub(super) fn hear(&mut self, said: &Said) {
+        if let Said::Answer(_, Ok(body)) = said
+            && let Some((settings, _)) = from_answer(body)
+        {
+            self.uncertainty = settings.uncertainty;
+        }
+    }
+
+    /// Shows a target, and whether its rate is wrong. One whose frame was lost on the line is not shown.
+    pub(super) fn target(&mut self, found: &Found, wrong_rate: bool, style: Style) {
         let Some(frame) = self.frame.filter(|frame| frame.number == found.frame) else { return };
         let style = match style {
             Style::Table => Printed::Text,
@@ -47,14 +61,22 @@ impl Frames {
                 return print_line(&format!(">target_{number}_mps:{velocity}"));
             }
         };
+        // A table's columns stay.
+        let uncertainty = match (style, self.heading) {
+            (Printed::Csv, Some(whole)) => whole.then(|| self.uncertainty.unwrap_or_default()),
+            _ => self.uncertainty,
+        };
+        let budget = uncertainty.map(|known| known.of_target(&found.found.target, 0.0));
         let finding = Finding::Frame(Box::new(frames::Found {
             frame: frame.number.into(),
             chirp: frame.stamp.sequence.into(),
             found: found.found,
-            budget: None,
+            budget,
             phase: None,
+            also: wrong_rate.then_some(WRONG_RATE),
+            plan: None,
         }));
-        if !std::mem::replace(&mut self.heading, true) {
+        if self.heading.replace(budget.is_some()) != Some(budget.is_some()) {
             ranges::print_heading(&finding, style);
         }
         ranges::print(&finding, style);

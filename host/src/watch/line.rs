@@ -24,7 +24,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// The reason of an answer whose rate is not the stated one, by this machine's clock.
-const WRONG_RATE: &str = "wrong-rate";
+pub(super) const WRONG_RATE: &str = "wrong-rate";
 
 /// What is read of a tone.
 #[derive(Clone, Debug, Serialize)]

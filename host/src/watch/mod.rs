@@ -297,10 +297,9 @@ impl Watch {
         orders: &mut Pending,
         source: &mut Source,
     ) -> Result<(), WatchError> {
-        self.clock.hear(said);
-        let Said::Telemetry(record) = said else { return Ok(()) };
-        let rate_hz = self.rate_of(record.measurement.stamp.sequence);
-        let Some(told) = self.clock.arrive(record, rate_hz, arrival) else { return Ok(()) };
+        let (scale, listener) = (&self.scale, &self.listener);
+        let rate_of = |sequence| scale.rate_of(sequence, listener);
+        let Some(told) = self.clock.hear(said, rate_of, arrival) else { return Ok(()) };
         if self.save_clock && matches!(told, Told::Wrong(_)) {
             let line = self.clock.line(&told, Style::Table);
             return Err(WatchError::Clock(format!("--save-clock: nothing is stored: {line}")));
@@ -342,6 +341,7 @@ impl Watch {
     }
 
     fn show(&mut self, said: Said) -> Result<(), WatchError> {
+        self.frames.hear(&said);
         match said {
             Said::Telemetry(_)
             | Said::Status(_)
@@ -366,7 +366,7 @@ impl Watch {
                 self.row(&row.at_wrong_rate(self.clock.is_wrong()))
             }
             Said::ChirpFrame(frame) => self.frames.frame(&frame, self.style),
-            Said::Found(found) => self.frames.target(&found, self.style),
+            Said::Found(found) => self.frames.target(&found, self.clock.is_wrong(), self.style),
             Said::Sum(sum) => self.below(sum.sequence, line::sum(&sum, self.style)),
             Said::Lines(lines) => {
                 let tones = line::Lines::from_tones(&lines, self.rate_of(lines.sequence));

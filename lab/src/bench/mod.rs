@@ -13,6 +13,7 @@ pub mod model;
 pub mod plot;
 pub mod precision;
 pub mod quoted;
+pub mod ranging;
 pub mod row;
 pub mod several;
 pub mod size;

@@ -16,6 +16,7 @@ pub(super) const TABLES: &[Table] = &[
     Table::new(PAGE, "engines", engines),
     Table::new(PAGE, "cores", cores),
     Table::new(PAGE, "helium", helium),
+    Table::new(PAGE, "ranging", ranging),
     Table::new(PAGE, "sizes", sizes),
 ];
 
@@ -298,6 +299,22 @@ fn helium(_: &Table) -> Lines {
     let head =
         head("| executed instructions, emulated Cortex-M55 (mps3-an547) | N = 256 | 1024 | 4096 |");
     Ok([head, rows].concat())
+}
+
+fn ranging(_: &Table) -> Lines {
+    let budget = Budget::read()?;
+    let mut lines = head("| executed instructions | M0 | M4F |");
+    for (name, stage) in [
+        ("range by phase of a target at rest (`PhaseRanging::at_rest`)", "phase range"),
+        ("of a target that moves, by both ramps (`PhaseRanging::moving`)", "phase ranges"),
+        ("the whole error of a target (`Uncertainty::of_target`)", "budget"),
+        ("a block's arrival (`RateCheck::push`)", "clock push"),
+        ("the clock error (`RateCheck::error`)", "clock error"),
+    ] {
+        let of = |core: &str| budget.at(&format!("/ranging/{core}/{stage}")).map(rounded);
+        lines.push(row([name.to_owned(), of("M0")?, of("M4F")?]));
+    }
+    Ok(lines)
 }
 
 fn sizes(_: &Table) -> Lines {

@@ -24,6 +24,8 @@ struct Ramp {
     range: Scale,
     /// What a bent ramp adds to the range, for a square metre of range.
     bow: f32,
+    /// The share of the carrier, where the phase is taken, that the sweep has made.
+    swept: f32,
     /// Cycles by which a velocity's bend turns the phase of the fit, for a metre per second.
     bend: f32,
     /// The beat in hertz for a metre, and for a metre per second, without the receiver's orientation.
@@ -119,6 +121,7 @@ impl PhaseRanging {
                 range: Scale::new(sign * rate_hz / (slope * per_metre))
                     .ok_or(ConfigError::Scale)?,
                 bow: (half * per_metre / slope) as f32,
+                swept: (1.0 - SPEED_OF_LIGHT / chirp.wavelength_m / phased.carrier_hz) as f32,
                 bend: (-slope * per_metre * record_s * record_s / 12.0) as f32,
                 beat: [(per_metre * slope) as f32, (-per_metre * phased.carrier_hz) as f32],
             })
@@ -221,8 +224,8 @@ impl PhaseRanging {
         let faster = if known { velocity + apart / self.apart } else { velocity };
         let nearest = place.range.saturating_add(in_steps(middle + self.half * faster));
         let sigma = 0.5 * both;
-        let calibrated = TAU * rising.cycles.slope_at(place.range);
-        let own = self.calibration.sigma_phase_rad / calibrated;
+        let [first_own, last_own] = [rising, falling].map(|ramp| self.own(ramp, place.range));
+        let own = 0.5 * (first_own + last_own);
         let spread = libm::hypotf(place.spread, libm::hypotf(sigma, own));
         let (comb, odds) = Comb::new(nearest, middle, spacing, spread);
         let odds = if known { 1.0 / (1.0 / odds + 1.0 / odds_way) } else { odds.min(odds_way) };
@@ -300,6 +303,14 @@ impl PhaseRanging {
         FrequencyRange { range, sigma, spread: libm::hypotf(sigma, known) }
     }
 
+    /// One standard deviation of a range by phase by the calibration: by the phase at 0 m, and by the slope, with which the carrier varies where the
+    /// phase is taken.
+    fn own(&self, ramp: &Ramp, range: I32F32) -> f32 {
+        let Calibration { sigma_phase_rad, sigma_slope_ppm, .. } = self.calibration;
+        let slope = 1e-6 * sigma_slope_ppm * ramp.swept * to_f32(range);
+        libm::hypotf(sigma_phase_rad / (TAU * ramp.cycles.slope_at(range)), slope)
+    }
+
     /// The fraction of a cycle that a phase shows, at rest in the middle of the record.
     fn seen(&self, ramp: &Ramp, phasor: &ToneWithPhase, mirrored: bool, velocity: f32) -> I32F32 {
         let phase = if mirrored { -phasor.phase } else { phasor.phase };
@@ -340,7 +351,7 @@ impl PhaseRanging {
         let slope = ramp.cycles.slope_at(place.range);
         let per_radian = 1.0 / (TAU * slope);
         let sigma = self.sigma_phase(phasor) * per_radian;
-        let uncertainty = libm::hypotf(sigma, self.calibration.sigma_phase_rad * per_radian);
+        let uncertainty = libm::hypotf(sigma, self.own(ramp, place.range));
         let (comb, odds) =
             Comb::new(nearest, beyond, 1.0 / slope, libm::hypotf(place.spread, uncertainty));
         let answer = PhaseRange { comb, odds, sigma_by_phase: sigma, ..answer };

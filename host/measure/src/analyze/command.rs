@@ -11,6 +11,7 @@ use super::fundamental;
 use super::input::Input;
 use super::known;
 use super::radar::Radar;
+use super::ramp::Chirps;
 use super::ranges;
 use super::repeats::Repeats;
 use super::several::{self, Finding, Search, Sought};
@@ -23,12 +24,10 @@ use crate::recording;
 use crate::survey::Survey;
 use crate::{cli, estimator, progress, spectrogram};
 use clap::Args;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use picket_dsp::Shape;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::carrier::Carrier as Width;
 use picket_dsp::config::{Config, Following};
-use picket_dsp::solve::chirp::Mixing;
 use picket_dsp::tone::effort::Effort;
 use picket_dsp::tone::verdict::Verdict;
 use std::path::{Path, PathBuf};
@@ -41,27 +40,10 @@ pub struct Options {
     #[command(flatten)]
     input: Input,
     /// Methods, separated by commas (listed below) [default: least squares]
-    #[arg(long)]
+    #[arg(long, conflicts_with = "chirp_s")]
     method: Option<String>,
-    /// Carrier of a Doppler radar or laser, as in 24G or 193.4e12; adds speeds
-    #[arg(long, value_name = "HZ", value_parser = carrier_hz, allow_negative_numbers = true)]
-    carrier_hz: Option<f64>,
-    /// The sign of an approaching target's shift in I/Q samples: rx-conj-tx if it is positive, tx-conj-rx if it is negative or if I and
-    /// Q are exchanged [default: rx-conj-tx, with --chirp-s tx-conj-rx]
-    #[arg(long, value_name = "MIXING", value_parser = mixing(), requires = "carrier_hz")]
-    mixing: Option<Mixing>,
-    /// Duration of a ramp of an FMCW radar, s; adds ranges, with --carrier-hz and --bandwidth-hz. --skip leads to the start of a ramp, --find-ramps or --trigger find it
-    #[arg(long, value_name = "S", value_parser = cli::positive, requires_all = ["bandwidth_hz", "carrier_hz"], conflicts_with_all = ["method", "hop"])]
-    chirp_s: Option<f64>,
-    /// Bandwidth of a ramp, as in 4G
-    #[arg(long, value_name = "HZ", value_parser = cli::positive_hertz, requires = "chirp_s")]
-    bandwidth_hz: Option<f64>,
-    /// Shape of the ramps: sawtooth, triangle or trapezoid
-    #[arg(long, value_name = "SHAPE", value_parser = shape(), default_value = SHAPES[0].0, requires = "chirp_s")]
-    shape: Shape,
-    /// Limits of the targets' velocities, m/s; without them a sawtooth's range is ambiguous
-    #[arg(long, value_name = "LO:HI", value_parser = crate::band::parse, allow_hyphen_values = true, requires = "chirp_s")]
-    velocity_mps: Option<(f64, f64)>,
+    #[command(flatten)]
+    chirps: Chirps,
     #[command(flatten)]
     told: Told,
     /// The recording is of a tone of this frequency: returns the clock error in ppm
@@ -100,37 +82,8 @@ pub struct Options {
     csv: bool,
 }
 
-/// Shapes of ramps.
-const SHAPES: [(&str, Shape); 3] =
-    [("sawtooth", Shape::Sawtooth), ("triangle", Shape::Triangle), ("trapezoid", Shape::Trapezoid)];
-
-/// The names of the shapes.
-pub fn shape() -> impl TypedValueParser<Value = Shape> {
-    let names = PossibleValuesParser::new(SHAPES.map(|it| it.0));
-    names.map(|name| SHAPES.iter().find(|it| it.0 == name).map_or(Shape::Sawtooth, |it| it.1))
-}
-
-/// A carrier of a radar or a laser: from 100 MHz to the ultraviolet. A number that looks like gigahertz is reported.
-fn carrier_hz(text: &str) -> Result<f64, String> {
-    let hz = cli::positive_hertz(text)?;
-    match (1e8..3e15).contains(&hz) {
-        true => Ok(hz),
-        false => {
-            Err(format!("{hz} Hz is no carrier of a radar or a laser: 24 GHz are 24G or 24e9"))
-        }
-    }
-}
-
-/// The names of the two ways to mix.
-pub fn mixing() -> impl TypedValueParser<Value = Mixing> {
-    let names = PossibleValuesParser::new(Mixing::ALL.map(Mixing::name));
-    names.map(|name| Mixing::from_name(&name).unwrap_or_default())
-}
-
 /// Analyses the recording and prints what is found.
 pub fn run(options: &Options) -> Result<ExitCode, String> {
-    let (read, codes, reach) =
-        (options.input.read()?, options.input.codes()?, options.input.reach()?);
     let style = match (options.json, options.csv) {
         (true, _) => Style::Json,
         (_, true) => Style::Csv,
@@ -139,11 +92,8 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
     if let Some(picture) = &options.plot {
         options.output.check(picture, &[&options.input.file])?;
     }
-    let n = options.input.n.unwrap_or(analyze::BLOCK);
-    let hop = options.input.hop.unwrap_or(n);
-    let (skip, band_hz) = (options.input.skip, options.input.band);
-    let width = options.input.width();
-    let cut = Cut { read, n, hop, skip, band_hz, codes, reach, width };
+    let cut = options.input.cut()?;
+    let (read, reach, width) = (cut.read, cut.reach, cut.width);
     let others = options.most.is_some() && !options.track
         || options.harmonics.is_some()
         || options.burst
@@ -166,32 +116,17 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
                 .into(),
         );
     }
-    if let (Some(chirp_s), Some(bandwidth_hz), Some(carrier_hz)) =
-        (options.chirp_s, options.bandwidth_hz, options.carrier_hz)
-    {
-        let shape = options.shape;
-        let (mixing, velocity_mps) = (options.mixing(), options.velocity_mps);
-        let effort = options.input.effort;
-        let usual = Config::new(1.0, codes).false_alarm;
-        let false_alarm = Some(options.input.false_alarm).filter(|asked| *asked != usual);
-        let radar = Radar {
-            shape,
-            carrier_hz,
-            bandwidth_hz,
-            chirp_s,
-            mixing,
-            velocity_mps,
-            effort,
-            false_alarm,
-        };
+    if let Some(radar) = options.chirps.radar(&options.input) {
         if let Some(range) = options.told.known_m {
             let file = &options.input.file;
             if let Some(path) = &options.told.save {
-                options.output.check(path, &[file])?;
+                let first = options.told.first.iter();
+                let read: Vec<&Path> = first.chain([file]).map(PathBuf::as_path).collect();
+                options.output.check(path, &read)?;
             }
             let told = (&radar, &options.told);
-            let (known, ramps, tally) = known::run(file, &cut, options.input.n, told, range)?;
-            known::tell(&known, range, ramps, style, options.told.save.as_deref())?;
+            let (known, tally) = known::run(file, &cut, options.input.n, told, range)?;
+            known::tell(&known, style, (options.told.save.as_deref(), options.output))?;
             tally.tell(cli::name(file), cut.codes);
             return Ok(ended(tally.left_out()));
         }
@@ -234,7 +169,7 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
         unresolved += u64::from(answer.verdict == Verdict::Unresolved.name());
         // Only now is it sure that there is something to print.
         if std::mem::take(&mut first) {
-            analyze::print_heading(style, options.carrier_hz.is_some(), &answer);
+            analyze::print_heading(style, options.chirps.carrier_hz.is_some(), &answer);
         }
         bar.suspend(|| analyze::print(&answer, style));
     };
@@ -262,13 +197,7 @@ fn ended(left_out: u64) -> ExitCode {
 impl Options {
     /// The Doppler radar, if there is one.
     fn carrier(&self) -> Option<Carrier> {
-        self.carrier_hz.map(|hz| Carrier { hz, mixing: self.mixing() })
-    }
-
-    /// The signal that the receiver conjugates: as usual for the scene if nothing is told.
-    fn mixing(&self) -> Mixing {
-        let usual = if self.chirp_s.is_some() { Mixing::TxConjRx } else { Mixing::RxConjTx };
-        self.mixing.unwrap_or(usual)
+        self.chirps.carrier_hz.map(|hz| Carrier { hz, mixing: self.chirps.mixing() })
     }
 
     /// True where nothing says how to measure: a first look is wanted.
@@ -277,7 +206,7 @@ impl Options {
         let blocks = self.input.n.is_some() || self.input.hop.is_some() || self.input.skip > 0;
         let how = self.input.band.is_some()
             || self.method.is_some()
-            || self.carrier_hz.is_some()
+            || self.chirps.carrier_hz.is_some()
             || self.reference.is_some();
         let codes = self.input.bits != 16 || self.input.unsigned || self.input.k != 16;
         let numbers = self.input.arith != Arithmetic::default()
@@ -353,7 +282,7 @@ fn ranges(options: &Options, cut: Cut, style: Style, radar: &Radar) -> Result<Ex
         let frames = tally.blocks;
         eprintln!(
             "no target in {frames} frames: is --chirp-s one ramp's? Of I/Q samples try the other --mixing (now {})",
-            options.mixing().name()
+            options.chirps.mixing().name()
         );
     } else if none {
         return Err(

@@ -9,7 +9,7 @@ use crate::recording::Recording;
 use crate::simulate::Kind;
 use crate::with_record;
 use picket_dsp::acquire::sample::Segment;
-use picket_dsp::frame::{Cells, Frame, FrameTarget};
+use picket_dsp::frame::{Cells, Frame, FramePlan, FrameTarget};
 use picket_dsp::solve::phase_range::PhaseRange;
 use picket_dsp::solve::uncertainty::Budget;
 use picket_dsp::{Chirp, Pipeline, Plan};
@@ -29,6 +29,10 @@ pub struct Found {
     pub budget: Option<Budget>,
     /// Its range by phase, where that was asked for, and its error.
     pub phase: Option<(PhaseRange, Option<Budget>)>,
+    /// A reason beside the target's own, which its record cannot know.
+    pub also: Option<&'static str>,
+    /// The plan of its frame, of a recording's.
+    pub plan: Option<FramePlan>,
 }
 
 /// Measures every frame. Returns how many there are, and what was left out.
@@ -111,7 +115,15 @@ fn frames<R: Kind, const N: usize>(
                 (answer, uncertainty.map(|known| known.of_phase_range(&answer, wavelength_m)))
             });
             let budget = uncertainty.map(budget);
-            sink(Found { frame: at, chirp, found: *found, budget, phase });
+            sink(Found {
+                frame: at,
+                chirp,
+                found: *found,
+                budget,
+                phase,
+                also: None,
+                plan: Some(plan),
+            });
         }
     }
     tally.check(cut.codes)?;

@@ -1,6 +1,7 @@
 //! A recording on the command line: how it is read, cut into blocks and measured.
 
 use super::Analysis;
+use super::cut::Cut;
 use crate::arithmetic::Arithmetic;
 use crate::recording::{self, Axes, Converter, Format};
 use crate::{band, cli, estimator};
@@ -145,6 +146,21 @@ impl Input {
     /// The reach of least squares.
     pub fn reach(&self) -> Result<Reach, String> {
         estimator::reach(self.k)
+    }
+
+    /// How it is cut into blocks.
+    pub fn cut(&self) -> Result<Cut, String> {
+        let n = self.n.unwrap_or(super::BLOCK);
+        Ok(Cut {
+            read: self.read()?,
+            n,
+            hop: self.hop.unwrap_or(n),
+            skip: self.skip,
+            band_hz: self.band,
+            codes: self.codes()?,
+            reach: self.reach()?,
+            width: self.width(),
+        })
     }
 
     /// The measurement of its blocks by the best method of their kind.

@@ -13,6 +13,7 @@ pub mod fundamental;
 pub mod input;
 pub mod known;
 pub mod radar;
+pub mod ramp;
 pub mod ranges;
 pub mod repeats;
 pub mod several;

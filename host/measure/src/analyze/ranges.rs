@@ -96,12 +96,17 @@ fn print_chirp(found: &Found, style: Style) {
 }
 
 /// A frame's target as JSON.
-fn object(found: &frames::Found) -> Map<String, Value> {
+pub fn object(found: &frames::Found) -> Map<String, Value> {
     let mut all = Map::from_iter([
         ("frame".to_owned(), json!(found.frame)),
         ("chirp".to_owned(), json!(found.chirp)),
     ]);
     all.extend(views::object(&view::FrameTarget::from_found(&found.found)));
+    if let Some(reason) = found.also
+        && let Some(reasons) = all.entry("also").or_insert_with(|| json!([])).as_array_mut()
+    {
+        reasons.push(json!(reason));
+    }
     if let Some(budget) = &found.budget {
         all.insert("budget".into(), views::object(&view::Budget::from_budget(budget)).into());
     }
@@ -122,6 +127,11 @@ fn cells(found: &frames::Found) -> Vec<(String, String)> {
         ("chirp".to_owned(), found.chirp.to_string()),
     ];
     all.extend(views::cells(&view::FrameTarget::from_found(&found.found), ""));
+    if let Some(reason) = found.also
+        && let Some((_, reasons)) = all.iter_mut().find(|(name, _)| name == "also")
+    {
+        *reasons = format!("{reasons} {reason}").trim_start().to_owned();
+    }
     if let Some(budget) = &found.budget {
         all.extend(views::cells(&view::Budget::from_budget(budget), "budget_"));
     }
@@ -155,6 +165,7 @@ fn text(found: &frames::Found) -> String {
     let mut verdicts = vec![own[0].name()];
     verdicts.extend((own[1] != own[0] && own[1] != Verdict::Good).then(|| own[1].name()));
     verdicts.extend(also.map(Verdict::name));
+    verdicts.extend(found.also);
     let velocity = target.velocity.unwrap_or_default().to_num();
     let [sigma_range, sigma_velocity] = [sigma_range, sigma_velocity].map(f64::from);
     let [range, of_range] = figures(target.range.to_num(), sigma_range);
@@ -177,7 +188,7 @@ fn text(found: &frames::Found) -> String {
 }
 
 /// The ranges that a phase leaves, the most probable first.
-fn by_phase_of(answer: &PhaseRange) -> String {
+pub fn by_phase_of(answer: &PhaseRange) -> String {
     let all: Vec<_> = answer.candidates().collect();
     let shown = all
         .iter()

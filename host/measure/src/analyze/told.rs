@@ -47,6 +47,9 @@ pub struct Told {
     /// Keeps the calibration of --known-m in this file
     #[arg(long, value_name = "FILE", requires = "known_m")]
     pub save: Option<PathBuf>,
+    /// What --known-m --save wrote at another distance: gives the slope of the sweep as well
+    #[arg(long, value_name = "FILE", requires = "known_m")]
+    pub first: Option<PathBuf>,
     /// What --known-m --save wrote: the phase at 0 m and the range's offset
     #[arg(long, value_name = "FILE", requires = "chirp_s")]
     pub calibration: Option<PathBuf>,
@@ -101,19 +104,11 @@ impl Told {
             let sigma_phase_rad = std::f32::consts::PI / 3f32.sqrt();
             return Ok(Calibration { sigma_phase_rad, ..Calibration::default() });
         };
-        let wrong = |error: String| format!("{}: {error}", cli::name(path));
-        let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
-        let all: serde_json::Map<String, serde_json::Value> =
-            serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
-        let known = views::names::<view::Calibration>();
-        // What else stands in the file is how it was made.
-        let numbers = all.iter().filter(|(name, _)| known.contains(name));
-        let numbers = numbers.filter_map(|(name, value)| Some((name.as_str(), value.as_f64()?)));
-        let told: view::Calibration = views::told(numbers).map_err(wrong)?;
-        match all.contains_key("phase_rad") {
-            true => Ok(Calibration::from(&told)),
-            false => Err(wrong("no calibration: --known-m --save writes one".into())),
+        let (calibration, all) = known::read(path)?;
+        if let Some(line) = known::made(path, &all) {
+            eprintln!("{line}");
         }
+        Ok(calibration)
     }
 
     /// The solver of ranges by phase with this calibration, where they are asked for.

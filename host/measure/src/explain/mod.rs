@@ -1,10 +1,13 @@
 //! `picket explain`: why a block's verdict is what it is.
 
 mod causes;
+mod frames;
 mod picture;
 pub mod rows;
 
 use crate::analyze::input::Input;
+use crate::analyze::ramp::Chirps;
+use crate::analyze::told::Told;
 use crate::analyze::{self, Answer, Explanation};
 use crate::cli;
 use crate::output::Output;
@@ -16,14 +19,22 @@ use serde::{Serialize, Serializer};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Explains the verdict on one block of a recording: every test with its value, its limit and its result.
+/// Explains the verdict on one block of a recording: every test with its value, its limit and its result; or of one frame of chirps: what
+/// bounds each of its targets.
 #[derive(Args, Debug)]
 pub struct Options {
     #[command(flatten)]
     input: Input,
     /// The block, counted from 0, as `picket analyze` counts with the same options
-    #[arg(long, value_name = "NUMBER")]
-    block: u64,
+    #[arg(long, value_name = "NUMBER", required_unless_present = "frame")]
+    block: Option<u64>,
+    /// The frame of chirps, counted from 0, with the options of a radar: --chirp-s, --bandwidth-hz, --carrier-hz
+    #[arg(long, value_name = "NUMBER", requires = "chirp_s", conflicts_with_all = ["block", "plot"])]
+    frame: Option<u64>,
+    #[command(flatten)]
+    chirps: Chirps,
+    #[command(flatten)]
+    told: Told,
     /// Draws the bins around the peak, the fit and its residual into this file, SVG or PNG by its name
     #[arg(long, value_name = "FILE", value_parser = cli::picture)]
     plot: Option<PathBuf>,
@@ -49,8 +60,17 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
     if let Some(picture) = &options.plot {
         options.output.check(picture, &[&options.input.file])?;
     }
+    if let Some(frame) = options.frame {
+        return frames::run(options, frame);
+    }
+    if options.chirps.chirp_s.is_some() {
+        return Err(
+            "--chirp-s goes with --frame: --block explains a block of samples as it is".into()
+        );
+    }
     let analysis = options.input.analysis()?;
-    let explanation = analyze::explain(&options.input.file, &analysis, options.block)?;
+    let block = options.block.unwrap_or_default();
+    let explanation = analyze::explain(&options.input.file, &analysis, block)?;
     let rows = rows(&explanation);
     if let Some(picture) = &options.plot {
         picture::draw(&explanation, analysis.codes, picture, options.output)?;

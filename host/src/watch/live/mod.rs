@@ -2,6 +2,7 @@
 
 mod screen;
 
+use super::clock::HostClock;
 use super::orders::Pending;
 use super::port::{Piece, Source};
 use super::scale::Scale;
@@ -69,6 +70,9 @@ struct Live {
     ended: bool,
     heard: bool,
     bytes: u64,
+    /// The board's clock against this machine's; of a port, whose bytes come as the board sends them.
+    clock: HostClock,
+    begun: Option<Instant>,
 }
 
 /// Draws until the user ends it.
@@ -142,6 +146,7 @@ impl Live {
             Piece::End => self.ended = true,
             Piece::Opened => {
                 self.scale.forget();
+                self.clock.restart();
                 orders.ask(source)?;
                 orders.renew(source);
             }
@@ -150,10 +155,14 @@ impl Live {
                     file.write(&bytes)?;
                 }
                 self.bytes += bytes.len() as u64;
+                let arrival = self.begun.get_or_insert_with(Instant::now).elapsed();
                 for byte in bytes {
                     if let Some(said) = self.listener.push(byte) {
                         self.heard = true;
                         orders.hear(&said, source)?;
+                        if source.listens() {
+                            self.compare(&said, arrival);
+                        }
                         if self.take(said) {
                             orders.renew(source);
                         }
@@ -162,6 +171,13 @@ impl Live {
             }
         }
         orders.again(source, self.heard, self.bytes)
+    }
+
+    /// Compares the board's clock with this machine's.
+    fn compare(&mut self, said: &Said, arrival: Duration) {
+        let (scale, listener) = (&self.scale, &self.listener);
+        // What it tells stands on the screen as long as it holds.
+        let _ = self.clock.hear(said, |sequence| scale.rate_of(sequence, listener), arrival);
     }
 
     /// Takes what is said. True if the settings have become unknown.
@@ -257,6 +273,7 @@ mod scenes;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use picket_dsp::pipeline::Measurement;
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
 
@@ -332,6 +349,42 @@ mod tests {
             let mut nothing = Live { quantity, ..Live::default() };
             nothing.turn();
             assert_eq!(nothing.quantity, quantity);
+        }
+    }
+
+    /// The clock's error stands beside the rate, and a wrong rate where every number is.
+    #[test]
+    fn the_clocks_error_is_drawn() {
+        for (ratio, words) in [
+            (1.0 + 20e-6, &["samples at 250 kHz +", " ppm"][..]),
+            (0.8, &["at 250 kHz, WRONG: 80.00 % of it", "wrong-rate: every number"]),
+        ] {
+            let mut live = heard(include_bytes!("../../../../docs/session.bin"));
+            let newest = live.newest.unwrap();
+            let mut stamp = newest.measurement.stamp;
+            let block_s = 1024.0 / newest.measurement.tone.rate_hz;
+            let mut listener = Listener::default();
+            for &byte in include_bytes!("../../../../docs/session.bin") {
+                let said = listener.push(byte);
+                if let Some(said) = said.filter(|said| matches!(said, Said::Answer(..))) {
+                    live.compare(&said, Duration::ZERO);
+                }
+            }
+            for block in 0..5000u32 {
+                (stamp.sequence, stamp.clock) = (block, 1024 * u64::from(block));
+                let measurement = Measurement { stamp, ..newest.measurement };
+                let jitter = 1e-6 * f64::from((block * 7919) % 100);
+                let at = f64::from(block) * block_s / ratio + jitter;
+                for byte in (Telemetry { measurement, ..newest }).to_frame() {
+                    let Some(said) = live.listener.push(byte) else { continue };
+                    live.compare(&said, Duration::from_secs_f64(at));
+                }
+            }
+            let screen = drawn(&live, 80, 24);
+            let error = live.clock.error().unwrap();
+            let off = f64::from(error.ppm) - 1e6 * (ratio - 1.0);
+            assert!(off.abs() < 5.0 * f64::from(error.sigma_ppm).max(0.1), "{error:?}");
+            assert!(words.iter().all(|words| screen.contains(words)), "{words:?}\n{screen}");
         }
     }
 

@@ -62,8 +62,22 @@ impl Live {
         if let Some(rate) = self.rate_hz.or(known.map(|known| known.rate_hz)) {
             let before = if known.is_some() { " " } else { "   " };
             words.push(Span::raw(format!("{before}at {} kHz", rate / 1e3)));
+            words.extend(self.clock_error());
         }
         Paragraph::new(Line::from(words))
+    }
+
+    /// By how much the sample clock is fast, by this machine's clock.
+    fn clock_error(&self) -> Option<Span<'static>> {
+        let error = self.clock.error()?;
+        if self.clock.is_wrong() {
+            let raised = Style::new().fg(Color::Red).add_modifier(Modifier::BOLD);
+            let share = 100.0 + 1e-4 * error.ppm;
+            return Some(Span::styled(format!(", WRONG: {share:.2} % of it"), raised));
+        }
+        let digits = decimals(f64::from(error.sigma_ppm).max(0.01));
+        let [ppm, sigma] = [error.ppm, error.sigma_ppm];
+        Some(Span::raw(format!(" {ppm:+.digits$} ± {sigma:.digits$} ppm")))
     }
 
     fn answer(&self, frame: &mut Frame, area: Rect) {
@@ -110,6 +124,8 @@ impl Live {
         ];
         let caution = self.target.and_then(|target| target.caution);
         words.extend(caution.map(Line::from));
+        let rate = self.clock.is_wrong().then_some("wrong-rate: every number is off by as much");
+        words.extend(rate.map(Line::from));
         let words = Paragraph::new(words).wrap(Wrap { trim: true });
         frame.render_widget(words.block(Block::bordered().title(" verdict ")), verdict);
     }
