@@ -1,7 +1,6 @@
 //! The documents as a book: every chapter exists, every page is a chapter, and every link leads somewhere.
 
 use picket_dsp::Verdict;
-use picket_firmware::instrument::plan;
 use picket_firmware::nucleo_f446re::words::Words;
 use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
 use picket_firmware::nucleo_f446re::{CELLS, N};
@@ -154,7 +153,7 @@ fn the_boards_page_has_settings_that_the_board_takes() {
         let (plan, _) =
             Words::plan::<N>(&settings, &tree).unwrap_or_else(|error| panic!("{error}"));
         assert!(plan.settings.iq == (number == 0), "{number}");
-        let frames = plan::frames(&plan.settings, N).unwrap();
+        let frames = plan.settings.frames(N).unwrap();
         assert_eq!(frames.is_some(), number == 2);
         assert!(frames.is_none_or(|frames| frames.cells() <= CELLS));
     }

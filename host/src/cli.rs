@@ -22,7 +22,7 @@ pub struct Picket {
 enum Command {
     Demo(demo::options::Options),
     Analyze(Box<analyze::command::Options>),
-    Explain(explain::Options),
+    Explain(Box<explain::Options>),
     Design(design::Options),
     Simulate(recipe::Options),
     Flash(flash::Options),

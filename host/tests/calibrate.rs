@@ -458,7 +458,7 @@ fn a_boards_frames_have_a_checked_rate_and_the_whole_error() {
         assert_eq!(says, at > told, "{line}");
     }
     // The settings came before the last ones: 10 m of 100 ppm.
-    let (_, last) = targets().last().unwrap();
+    let (_, last) = targets().next_back().unwrap();
     assert!((number(&last["budget"]["slope_range_m"]) - 1e-3).abs() < 1e-6, "{last}");
     assert!((number(&last["budget"]["uncertainty_range_m"]) - 2f64.sqrt() * 1e-3).abs() < 1e-6);
     assert!(table.contains("+- all") && table.contains(", wrong-rate"), "{table}");

@@ -259,7 +259,7 @@ fn a_boards_frames_calibrate_too() {
         frame.clear();
         for samples in chirps {
             spectrum.transform(samples, Codes::signed::<12>());
-            frame.push(&spectrum.view());
+            frame.push(&spectrum.view(), 0);
         }
         let targets = frame.targets();
         let clock = 16 * PERIOD * u64::from(number);

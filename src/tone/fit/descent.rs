@@ -127,13 +127,12 @@ impl<P: Place> Descent<P> {
     pub fn to_the_end<S>(self, mut step: impl FnMut(P) -> (P, P, S)) -> Ended<P, S> {
         let Self { start, steps, longest, limits, further } = self;
         let mut pace = Pace::new();
-        let mut at = start;
+        let (zero, mut at) = (P::at(0.0), start);
         let (mut own, mut enough, mut last) = step(start);
         for taken in 0..steps {
             if taken > 0 {
                 (own, enough, last) = step(at);
             }
-            let zero = at - at;
             let own_step = own.within([zero - longest, longest]);
             let onward = if further {
                 P::from_float(pace.step(own_step.float(), longest.float()))

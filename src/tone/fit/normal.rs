@@ -55,11 +55,11 @@ impl<T> Number for T where
 {
 }
 
-impl<T: Number> Products<T> {
+impl<T: Scalar> Products<T> {
     /// The products of a complex column F with a complex size: `aa = |F|^2`, `turned = G* F`, `dd = |G|^2`, and both with the data.
     #[inline(always)]
     pub fn complex(aa: T, turned: Complex<T>, dd: T, pp: Complex<T>, qq: Complex<T>) -> Self {
-        let zero = aa - aa;
+        let zero = T::zero();
         let Complex { re, im } = turned;
         Self {
             g11: aa,
@@ -80,7 +80,7 @@ impl<T: Number> Products<T> {
     /// The products of one real column F: with itself, with its derivative G, of G with itself, and of both with the data.
     #[inline(always)]
     pub fn real(ff: T, fg: T, gg: T, r: T, q: T) -> Self {
-        let zero = ff - ff;
+        let zero = T::zero();
         Self {
             g11: ff,
             g12: zero,
@@ -96,7 +96,9 @@ impl<T: Number> Products<T> {
             q: [q, zero],
         }
     }
+}
 
+impl<T: Number> Products<T> {
     /// The step in p, and the sizes of the columns.
     #[inline(always)]
     pub fn step(&self) -> Step<T> {
