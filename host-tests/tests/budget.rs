@@ -550,7 +550,7 @@ fn further_tones_have_the_same_bits() {
     assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
 }
 
-/// Ranges by phase, the whole error, a clock beside another.
+/// Frames of chirps, ranges by phase, the whole error, a clock beside another.
 fn assert_ranging(name: &str) {
     let core = core(name);
     prepare_images(core.target);
@@ -558,14 +558,9 @@ fn assert_ranging(name: &str) {
     let counted = ranging::count(core, &image).unwrap_or_else(|error| panic!("{error}"));
     println!("{name}: {counted:?}");
     let (budgets, mut excess) = (budgets(), Excess::default());
-    for stage in ranging::STAGES {
+    for (stage, &allowed) in &budgets.ranging[name] {
         let spent = *counted.get(stage).unwrap_or_else(|| panic!("{stage} is not counted"));
-        let allowed = budgets.ranging.get(name).and_then(|of| of.get(stage));
-        excess.check(
-            &format!("{name}, {stage}, instructions"),
-            spent,
-            allowed.copied().unwrap_or(0),
-        );
+        excess.check(&format!("{name}, {stage}, instructions"), spent, allowed);
     }
     assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
 }

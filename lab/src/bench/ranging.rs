@@ -1,4 +1,4 @@
-//! Instructions of ranges by phase, of the whole error and of a clock beside another.
+//! Instructions of frames of chirps, of ranges by phase, of the whole error and of a clock beside another.
 
 use super::{Core, LIMIT};
 use crate::emulator::{Capture, RunError};
@@ -9,10 +9,6 @@ use picket_dsp::config::Config;
 use picket_wire::capture::Header;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-
-/// What the image counts, beside its frame.
-pub const STAGES: [&str; 5] =
-    ["phase range", "phase ranges", "budget", "clock push", "clock error"];
 
 /// The image.
 pub fn image(core: &Core) -> Result<PathBuf, ToolError> {
