@@ -302,7 +302,7 @@ struct Image {
 }
 
 impl Cells {
-    /// The [normal equations](super::fit::normal) at an offset from the strongest bin, the power that the tone explains, and the power that is left. Shapes are scaled by sin x of
+    /// The normal equations (`fit::normal`) at an offset from the strongest bin, the power that the tone explains, and the power that is left. Shapes are scaled by sin x of
     /// that bin, which has the shape 1.
     fn step(&self, iq: bool, offset: f32, image: &Image) -> (Step<f32>, f32, f32) {
         let away = if offset.abs() < NEAREST { NEAREST } else { offset };

@@ -7,7 +7,7 @@
 //! X = c h (1 + j e u)      h = p / (p - u)      h' = dh/dp = (1 - h) / (p - u)
 //! ```
 //!
-//! c the complex unknown. With `Y = X (1 - j e u)` and `m = 1 + e^2 u^2` the [normal equations](super::normal) need
+//! c the complex unknown. With `Y = X (1 - j e u)` and `m = 1 + e^2 u^2` the normal equations (`normal`) need
 //!
 //! ```text
 //! A = sum m h^2   B = sum m h h'   D = sum m h'^2   P = sum h Y   Q = sum h' Y
