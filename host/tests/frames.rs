@@ -117,7 +117,12 @@ fn a_clipped_frame_says_so() {
             ["--period-s", "120e-6", "--velocity-mps=-8:8", "--mixing", "tx-conj-rx", "--json"];
         let all = lines(ANALYZE, &[&[&path[..]], &RADAR[..], &more, &["--bits", bits]].concat());
         assert!(!all.is_empty(), "{bits} bits");
-        assert!(all.iter().all(|line| line["verdict"] == verdict), "{bits} bits: {all:?}");
+        // A harmonic may be unresolved, too.
+        let says = |line: &Value| {
+            let also = line["also"].as_array();
+            line["verdict"] == verdict || also.is_some_and(|also| also.contains(&json!(verdict)))
+        };
+        assert!(all[0]["verdict"] == verdict && all.iter().all(says), "{bits} bits: {all:?}");
     }
 }
 
