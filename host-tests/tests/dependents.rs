@@ -38,6 +38,10 @@ const EMBASSY_STM32G4: Dependent =
     Dependent { name: "embassy-stm32g4", triple: "thumbv7em-none-eabihf" };
 const NRF52840: Dependent = Dependent { name: "nrf52840", triple: "thumbv7em-none-eabihf" };
 const RP2350: Dependent = Dependent { name: "rp2350", triple: "thumbv8m.main-none-eabihf" };
+const BGT60TR13C_STM32F4: Dependent =
+    Dependent { name: "bgt60tr13c-stm32f4", triple: "thumbv7em-none-eabihf" };
+const BGT60TR13C_RP2350: Dependent =
+    Dependent { name: "bgt60tr13c-rp2350", triple: "thumbv8m.main-none-eabihf" };
 const ESP32C3: Dependent = Dependent { name: "esp32c3", triple: "riscv32imc-unknown-none-elf" };
 const RISCV32: Dependent = Dependent { name: "riscv32", triple: "riscv32imac-unknown-none-elf" };
 const SKELETON: Dependent = Dependent { name: "skeleton", triple: "thumbv7m-none-eabi" };
@@ -372,6 +376,38 @@ fn the_instrument_in_two_of_embassys_executors_on_an_rp2040_links_with_their_int
     let tasks = [(11, "DMA_IRQ_0"), (20, "UART0_IRQ"), (22, "ADC_IRQ_FIFO"), (27, "SWI_IRQ_1")];
     image.assert_vectors(0x1000_0100, 32, &[&hal[..], &tasks].concat());
     image.assert_first_stage();
+}
+
+#[test]
+fn a_radars_frames_by_spi_link_on_two_chips() {
+    let image = needed(BGT60TR13C_STM32F4.build(&[]));
+    hold_footprint(&BGT60TR13C_STM32F4, &image);
+    let image = Image::of(&image);
+    let vectors = image.vectors(0x0800_0000);
+    for (line, handler) in [(8, "EXTI2"), (14, "DMA1_STREAM3"), (15, "DMA1_STREAM4")] {
+        assert_eq!(vectors[16 + line], image.handler(handler), "{handler}");
+    }
+    let image = needed(BGT60TR13C_RP2350.build(&[]));
+    hold_footprint(&BGT60TR13C_RP2350, &image);
+    let image = Image::of(&image);
+    let vectors = image.vectors(0x1000_0000);
+    for (line, handler) in [(0, "TIMER0_IRQ_0"), (10, "DMA_IRQ_0"), (21, "IO_IRQ_BANK0")] {
+        assert_eq!(vectors[16 + line], image.handler(handler), "{handler}");
+    }
+    image.assert_image_definition();
+}
+
+/// The radar played on a desk, by the package's own test.
+#[test]
+fn a_radars_frames_come_by_spi() {
+    let mut command = Command::new(env!("CARGO"));
+    command.current_dir(dependents().join("bgt60tr13c"));
+    command.args(["test", "--quiet", "--locked", "--release", "--target-dir"]);
+    command.arg(Path::new(env!("CARGO_TARGET_TMPDIR")).join("bgt60tr13c"));
+    let output = command.output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    assert!(said.contains("3 passed"), "{said}");
 }
 
 /// What this machine measures, by floats and by integers.

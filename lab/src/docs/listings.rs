@@ -17,7 +17,7 @@ fn bytes(package: &str) -> Result<[String; 2], String> {
 }
 
 fn sizes(_: &Table) -> Result<Vec<String>, String> {
-    const PACKAGES: [&str; 10] = [
+    const PACKAGES: [&str; 12] = [
         "stm32f4",
         "embassy-stm32",
         "embassy-stm32g4",
@@ -28,6 +28,8 @@ fn sizes(_: &Table) -> Result<Vec<String>, String> {
         "esp32c3",
         "embassy-stm32-instrument",
         "embassy-rp-instrument",
+        "bgt60tr13c-stm32f4",
+        "bgt60tr13c-rp2350",
     ];
     let mut lines = head("| package, at opt-level `s` | flash, B | RAM without the stack, B |");
     for package in PACKAGES {
