@@ -2,8 +2,8 @@
 
 use super::plan::FramePlan;
 use crate::math::scalar::Scalar as _;
-use crate::math::series::circle;
-use core::f32::consts::PI;
+use crate::math::series::{circle, sinc};
+use core::f32::consts::{FRAC_PI_4, PI};
 use num_complex::Complex;
 
 /// A target's echo. Frequencies belong to the middle of the frame and of its chirps, and are split into whole bins and a rest, so that a
@@ -102,8 +102,14 @@ pub(super) fn kernel(n: usize, i: i32, offset: f32, bend: f32) -> Complex<f32> {
     let n = n as f32;
     let u = offset - i as f32;
     let sine = if i & 1 == 0 { f32::unit(0.5 * offset).im } else { -f32::unit(0.5 * offset).im };
-    let small = u.abs() < 1e-3;
-    let straight = if small { n } else { sine / f32::unit(0.5 * u / n).im };
+    let y = PI * u / n;
+    let straight = if u.abs() < 1e-3 {
+        n
+    } else if y.abs() <= FRAC_PI_4 {
+        sine / (y * sinc(y * y))
+    } else {
+        sine / f32::unit(0.5 * u / n).im
+    };
     if bend == 0.0 {
         return Complex::new(straight, 0.0);
     }

@@ -8,11 +8,11 @@
 use super::echo::{Echo, Share, kernel};
 use super::map::{CHIRPS, Column, EMPTY, Map};
 use crate::acquire::sample::Iq;
-use crate::math::scalar::Scalar as _;
-use crate::math::series::{circle, sinc};
+use crate::math::scalar::{Scalar as _, nearest};
+use crate::math::series::circle;
 use crate::spectrum::bins::{Bins, Rectangular};
 use crate::tone::fit::{Fit, FitStart, fit_bins};
-use core::f32::consts::PI;
+use core::f32::consts::FRAC_1_PI;
 use num_complex::Complex;
 
 /// Bins on each side of the beat that are read.
@@ -108,11 +108,14 @@ impl Map<'_> {
             self.column(bin, if walks { echo.walk } else { 0.0 }, &mut column);
             let mut phase = start;
             let share = Share::new(echo, plan, |place| echo.line(plan, bin, place));
+            let image = |here: i32, place: f32| echo.image(plan, here, place);
+            let mirror =
+                if plan.iq { None } else { Share::new(echo, plan, |place| image(bin, place)) };
             for (chirp, (cell, sum)) in
                 column.iter().zip(&mut records.turn).take(plan.chirps).enumerate()
             {
                 let place = plan.place(chirp);
-                let jump = if walks { libm::roundf(echo.walk * place) } else { 0.0 };
+                let jump = if walks { nearest(echo.walk * place) } else { 0.0 };
                 let here = bin.wrapping_add(jump as i32);
                 let line =
                     share.map_or_else(|| echo.line(plan, here, place), |share| share.at(place));
@@ -121,7 +124,8 @@ impl Map<'_> {
                 let mut cell = *cell;
                 if !plan.iq && kept {
                     let turned = (echo.amplitude * phase).conj();
-                    cell -= turned * echo.image(plan, here, place);
+                    cell -=
+                        turned * mirror.map_or_else(|| image(here, place), |share| share.at(place));
                 }
                 let rest = if kept {
                     cell - echo.amplitude * phase * line
@@ -139,8 +143,11 @@ impl Map<'_> {
                 if part.abs() < 1e-3 {
                     add(&mut records.beat, away, back);
                 } else {
+                    // sin(pi (tap + part)) / (pi (tap + part)), whose sines differ in sign alone.
+                    let sine = f32::unit(0.5 * part).im * FRAC_1_PI;
                     for tap in -TAPS..=TAPS {
-                        add(&mut records.beat, away + tap, back * shifted(tap as f32 + part));
+                        let sine = if tap & 1 == 0 { sine } else { -sine };
+                        add(&mut records.beat, away + tap, back * (sine / (tap as f32 + part)));
                     }
                 }
             }
@@ -171,7 +178,7 @@ impl Map<'_> {
             let mut phase = start;
             for (chirp, cell) in column.iter().take(plan.chirps).enumerate() {
                 let place = plan.place(chirp);
-                let here = bin.wrapping_add(libm::roundf(echo.walk * place) as i32);
+                let here = bin.wrapping_add(nearest(echo.walk * place) as i32);
                 let line = echo.line(plan, here, place);
                 if self.keeps(here) {
                     sum += cell * (line * phase).conj();
@@ -187,10 +194,10 @@ impl Map<'_> {
 impl Echo {
     /// Keeps both rests within half a bin.
     fn centre(&mut self, chirps: i32) {
-        let whole = libm::roundf(self.offset);
+        let whole = nearest(self.offset);
         self.peak += whole as i32;
         self.offset -= whole;
-        let whole = libm::roundf(self.turn);
+        let whole = nearest(self.turn);
         self.row += whole as i32;
         self.turn -= whole;
         // A whole turn is an alias.
@@ -207,12 +214,6 @@ fn add(bins: &mut [Complex<f32>; WIDTH], away: i32, value: Complex<f32>) {
     if let Some(bin) = usize::try_from(away + REACH).ok().and_then(|place| bins.get_mut(place)) {
         *bin += value;
     }
-}
-
-/// `sin(pi x) / (pi x)`.
-fn shifted(x: f32) -> f32 {
-    let angle = PI * x;
-    if x.abs() < 0.25 { sinc(angle * angle) } else { f32::unit(0.5 * x).im / angle }
 }
 
 const _: () = assert!(CHIRPS >= WIDTH);

@@ -3,7 +3,7 @@
 use super::cells::Store;
 use super::echo::{Echo, Share, kernel};
 use super::plan::FramePlan;
-use crate::math::scalar::Scalar as _;
+use crate::math::scalar::{Scalar as _, nearest};
 use crate::math::series::circle;
 use heapless::Vec;
 use num_complex::Complex;
@@ -51,7 +51,7 @@ impl Map<'_> {
         let plan = self.plan;
         let still = walk.abs() * (plan.chirps as f32) < 1.0;
         let at = |chirp: usize| {
-            let jump = if still { 0 } else { libm::roundf(walk * plan.place(chirp)) as i32 };
+            let jump = if still { 0 } else { nearest(walk * plan.place(chirp)) as i32 };
             bin.wrapping_add(jump)
         };
         if still && !self.keeps(bin) {

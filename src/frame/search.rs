@@ -6,6 +6,7 @@
 use super::echo::Echo;
 use super::map::Map;
 use super::transform::{Factors, MOST};
+use crate::math::scalar::{Scalar as _, nearest};
 use heapless::{Deque, Vec};
 use num_complex::Complex;
 
@@ -59,6 +60,33 @@ struct Peak {
     row: usize,
     power: f32,
     log: f32,
+}
+
+/// A sum of logarithms, as a product of mantissas and a sum of exponents: one logarithm for all.
+struct Logarithms {
+    /// From 1 up to 2.
+    mantissa: f32,
+    exponent: i32,
+}
+
+impl Logarithms {
+    const NONE: Self = Self { mantissa: 1.0, exponent: 0 };
+
+    /// Adds that of a number which is not subnormal.
+    fn push(&mut self, x: f32) {
+        const MANTISSA: u32 = (1 << (f32::MANTISSA_DIGITS - 1)) - 1;
+        let bits = x.to_bits();
+        self.exponent += (bits >> (f32::MANTISSA_DIGITS - 1)) as i32 - (f32::MAX_EXP - 1);
+        self.mantissa *= f32::from_bits(bits & MANTISSA | 1.0f32.to_bits());
+        if self.mantissa >= 2.0 {
+            self.mantissa *= 0.5;
+            self.exponent += 1;
+        }
+    }
+
+    fn sum(&self) -> f32 {
+        self.exponent as f32 * core::f32::consts::LN_2 + self.mantissa.log_e()
+    }
 }
 
 /// The walks in bins a frame, from the first to the last in steps of one.
@@ -125,11 +153,12 @@ impl Map<'_> {
             here.iter_mut().skip(chirps).for_each(|point| *point = Complex::new(0.0, 0.0));
             factors.transform(&mut here);
             let mut peak = Peak { bin, half: false, row: 0, power: -1.0, log: 0.0 };
+            let mut logarithms = Logarithms::NONE;
             for (at, (point, earlier)) in here.iter().zip(&before).take(length).enumerate() {
                 let row = factors.frequency(at);
                 let power = point.norm_sqr();
                 if row & 1 == 0 {
-                    peak.log += libm::logf(power.max(f32::MIN_POSITIVE));
+                    logarithms.push(power.max(f32::MIN_POSITIVE));
                 }
                 // Half a bin below, where both bins hold 81 %.
                 let both =
@@ -139,7 +168,7 @@ impl Map<'_> {
                     (peak.power, peak.row, peak.half) = (size, row, half);
                 }
             }
-            peak.log /= chirps as f32;
+            peak.log = logarithms.sum() / chirps as f32;
             core::mem::swap(&mut before, &mut here);
             if peaks.is_full() {
                 peaks.pop_front();
@@ -174,7 +203,7 @@ impl Map<'_> {
         let per_turn = plan.velocity.float * plan.walk;
         let [first, last] = plan.aliases(&echo);
         let walks = (per_turn * chirps as f32).abs() > 1e-3;
-        let wanted = if walks { libm::roundf(walk / per_turn - echo.turns(plan)) } else { 0.0 };
+        let wanted = if walks { nearest(walk / per_turn - echo.turns(plan)) } else { 0.0 };
         echo.alias = (wanted.clamp(-1e6, 1e6) as i32).max(first).min(last);
         echo.move_on(plan);
         Some(Strongest { echo, ratio: best_ratio, power })
@@ -186,4 +215,23 @@ fn is_hidden(hidden: &Vec<(i32, i32), HIDDEN>, bin: i32, row: usize, length: usi
         let apart = (row as i32 - hidden_row) & (length as i32 - 1);
         (bin - at).abs() <= 2 && apart.min(length as i32 - apart) <= 4
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn logarithms_are_summed() {
+        let mut random = 1u32;
+        let mut logarithms = Logarithms::NONE;
+        let mut sum = 0.0;
+        for _ in 0..300 {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let x = f32::from_bits((random >> 2).max(f32::MIN_POSITIVE.to_bits()));
+            logarithms.push(x);
+            sum += f64::from(x).ln();
+            assert!((f64::from(logarithms.sum()) - sum).abs() < 1e-5 * sum.abs().max(1.0));
+        }
+    }
 }

@@ -7,7 +7,7 @@ use super::plan::ON_BOUND;
 use crate::chance::ln_of_map;
 use crate::frequency::Frequency;
 use crate::math::fixed_point::{in_steps, to_f32};
-use crate::math::scalar::Scalar as _;
+use crate::math::scalar::{Scalar as _, nearest};
 use crate::solve::beats::stretched;
 use crate::solve::candidates::{Ambiguity, Candidate, Candidates, Decision};
 use crate::solve::chirp::Target;
@@ -207,6 +207,6 @@ pub(super) fn apart(a: &Echo, b: &Echo, chirps: usize) -> f32 {
     let bins = (a.peak - b.peak) as f32 + a.offset - b.offset;
     let rows = (a.row - b.row) as f32 + a.turn - b.turn;
     let chirps = chirps as f32;
-    let rows = rows - chirps * libm::roundf(rows / chirps);
+    let rows = rows - chirps * nearest(rows / chirps);
     bins.abs().max(rows.abs())
 }

@@ -77,10 +77,13 @@ fn main() -> ! {
             let sum = tone(40, 5, n as i32) * 300.0 + tone(60, -3, n as i32) * 100.0;
             [(noise >> 24) as i16 + sum.re as i16, (noise >> 16 & 0xFF) as i16 + sum.im as i16]
         });
-        let clipped = pipeline.look(black_box(&samples));
-        count("store", || frame.push(&pipeline.spectrum().view(), clipped));
+        count("block", || pipeline.record(black_box(&samples)));
+        count("chirp", || {
+            let clipped = pipeline.look(black_box(&samples));
+            frame.push(&pipeline.spectrum().view(), clipped)
+        });
     }
-    let found = count("frame", || frame.targets());
+    let found = count("targets", || frame.targets());
     black_box(&found);
     // A beat of 20 dB at 20 m, as the fit gives it.
     let verdict = Verdict::Good;

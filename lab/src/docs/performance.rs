@@ -305,6 +305,9 @@ fn ranging(_: &Table) -> Lines {
     let budget = Budget::read()?;
     let mut lines = head("| executed instructions | M0 | M4F |");
     for (name, stage) in [
+        ("a chirp of 256 I/Q samples, measured by itself (`Pipeline::block`)", "block"),
+        ("the same, transformed and kept (`Pipeline::look`, `Frame::push`)", "chirp"),
+        ("the search for two targets in 32 chirps of 127 bins (`Frame::targets`)", "targets"),
         ("range by phase of a target at rest (`PhaseRanging::at_rest`)", "phase range"),
         ("of a target that moves, by both ramps (`PhaseRanging::moving`)", "phase ranges"),
         ("the whole error of a target (`Uncertainty::of_target`)", "budget"),
