@@ -37,6 +37,8 @@ const DEVIATION: f32 = 0.424_660_9;
 
 /// The tone's own width. The default is a tone without any width.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct Carrier {
     /// The source's linewidth, Hz: Lorentzian, full width at half maximum. At most half the sample rate.
     pub linewidth_hz: f32,

@@ -27,6 +27,8 @@ use core::ops::RangeInclusive;
 /// The source of the samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields, rename_all = "snake_case"))]
 pub enum Scene {
     /// A tone and no more: the answer is a frequency.
     #[default]
@@ -39,6 +41,7 @@ pub enum Scene {
         angle_rad: f64,
         /// The signal that the receiver conjugates. It matters for I/Q records alone; the default is [`Mixing::RxConjTx`], by which a
         /// positive shift approaches.
+        #[cfg_attr(feature = "serde", serde(default = "crate::stored::usual_mixing"))]
         mixing: Mixing,
     },
     /// A frequency-modulated continuous wave: the answer is a range and a velocity.
@@ -75,6 +78,8 @@ impl Scene {
 /// # Ok::<(), ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Config {
     /// Sample rate, 1e-6 to 1e12 Hz.
     pub rate_hz: f64,
@@ -82,36 +87,49 @@ pub struct Config {
     pub codes: Codes,
     /// The band to search, `(low, high)` in Hz, both ends included; `None` for the whole spectrum.
     /// An I/Q band may be negative.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub band_hz: Option<(f64, f64)>,
     /// The ranges that a chirp's target may have, `(low, high)` in metres; `None` if nothing is known of them.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub range_m: Option<(f64, f64)>,
     /// The velocities that a chirp's target may have, `(low, high)` in m/s, positive when approaching; `None` if nothing is known of them.
     /// A bound decides where the waveform leaves several targets: without it a sawtooth's range is [`Verdict::Ambiguous`], and so is the
     /// first chirp of a triangle with real samples.
     ///
     /// [`Verdict::Ambiguous`]: crate::Verdict::Ambiguous
+    #[cfg_attr(feature = "serde", serde(default))]
     pub velocity_mps: Option<(f64, f64)>,
     /// The method of estimation. Least squares has two forms, one for each kind of record; either
     /// name selects the form that fits the record.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub method: Method,
     /// The number of bins on each side that least squares reads.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub reach: Reach,
     /// The arithmetic of least squares.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub arithmetic: Arithmetic,
     /// The effort spent on a line that is not a steady tone.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub effort: Effort,
     /// Probability that noise alone passes for a tone, for each block: above 0, at most 0.5.
+    #[cfg_attr(feature = "serde", serde(default = "crate::stored::usual_false_alarm"))]
     pub false_alarm: f64,
     /// The source of the samples.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub scene: Scene,
     /// The way in which a [`crate::tracker::Tracker`] follows tones: [`Following::default`] follows one.
+    #[cfg_attr(feature = "serde", serde(default = "crate::stored::none_followed"))]
     pub following: Following,
     /// The width of the tone itself.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub carrier: Carrier,
 }
 
 /// The parameters of following tones from block to block. How a target moves is learnt, see [`crate::solve::track`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct Following {
     /// Sigma of a new target's rate, bins per block, 1e-6 to 4096.
     pub rate_bins: f32,

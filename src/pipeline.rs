@@ -35,6 +35,7 @@ use heapless::Vec;
 /// The result of one block, with the target if the block completed a chirp.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Measurement {
     /// Where and when the block was taken.
     pub stamp: Stamp,
@@ -84,6 +85,8 @@ impl Measurement {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Outcome {
     /// Nothing more: the scene is a tone, or the chirp is incomplete.
     #[default]

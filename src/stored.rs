@@ -1,4 +1,4 @@
-//! How `serde` stores what a user sets, and what a block answers with.
+//! How `serde` stores what a user sets, and what a block answers with: what the derives of these types do not say.
 //!
 //! A structure is stored by its fields' names, a choice by its name in tables and commands: `"near-edge"`, `"least-squares-real"`. A
 //! reach is its number of bins. Frequencies, ranges and velocities are numbers and come back to the bit: a frequency always, the others
@@ -9,18 +9,12 @@
 //! are errors. A field that is missing has its default, except for the rate and the codes of a [`Config`] and for the wavelength and the
 //! angle of a Doppler shift, which have none. Whether all of them together can work is the question of [`Config::plan`].
 
-use crate::acquire::sample::{Segment, Stamp};
+use crate::acquire::sample::Segment;
 use crate::solve::candidates::CANDIDATES;
-use crate::solve::displacement::Displacement;
-use crate::solve::uncertainty::Uncertainty;
-use crate::tone::FrequencyDrift;
-use crate::tone::harmonic::Harmonic;
 use crate::tone::threshold::FALSE_ALARM;
 use crate::{
-    Accumulated, Ambiguity, Arithmetic, Burst, Candidate, Candidates, Carrier, Chirp, Codes,
-    Config, Decision, Effort, Following, Frequency, Measurement, Method, Mixing, Outcome, Reach,
-    Scene, Shape, Target, Tone, ToneWithPhase, Trigger, Unjudged, Validation, Velocity, Verdict,
-    Verdicts,
+    Arithmetic, Candidate, Candidates, Codes, Decision, Effort, Following, Frequency, Method,
+    Mixing, Reach, Shape, Validation, Verdict, Verdicts,
 };
 use core::fmt;
 use fixed::types::{I0F32, I32F32};
@@ -28,151 +22,18 @@ use serde::de::{Error, SeqAccess, Unexpected, Visitor};
 use serde::ser::SerializeSeq as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// A structure, or an enumeration whose variants have fields: its definition once more, which the compiler compares with it.
-macro_rules! stored {
-    ($name:ident, $definition:item) => {
-        const _: () = {
-            type Of = self::$name;
-
-            $definition
-
-            impl Serialize for Of {
-                fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-                    $name::serialize(self, serializer)
-                }
-            }
-
-            impl<'de> Deserialize<'de> for Of {
-                fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-                    $name::deserialize(deserializer)
-                }
-            }
-        };
-    };
-}
-
-/// Structures, and enumerations whose variants have fields.
-macro_rules! fields {
-    ($($(#[$all:meta])* $kind:ident $name:ident { $($body:tt)* })*) => {$(
-        stored! {
-            $name,
-            #[derive(Serialize, Deserialize)]
-            #[serde(remote = "Of", rename_all = "snake_case")]
-            $(#[$all])*
-            $kind $name { $($body)* }
-        }
-    )*};
-}
-
-/// What a user sets and what has a default as a whole.
-macro_rules! defaults {
-    ($(struct $name:ident { $($body:tt)* })*) => {$(
-        stored! {
-            $name,
-            #[derive(Serialize, Deserialize)]
-            #[serde(remote = "Of", default = "Default::default", deny_unknown_fields)]
-            struct $name { $($body)* }
-        }
-    )*};
-}
-
-defaults! {
-    struct Chirp {
-        shape: Shape, wavelength_m: f64, bandwidth_hz: f64, duration_s: f64, guard_s: f64, mixing: Mixing, sweep_curvature: f64,
-    }
-    struct Following { most: u8, refresh: u8, rate_bins: f32 }
-    struct Carrier { linewidth_hz: f32, envelope_hz: f32 }
-    struct Uncertainty {
-        clock_ppm: f32, carrier_ppm: f32, slope_ppm: f32, angle_rad: f32, range_offset_m: f32, phase_rad: f32,
-    }
-    struct Trigger { ratio: Option<f32>, hold_off: u32, least: u32 }
-}
-
-fields! {
-    #[serde(deny_unknown_fields)]
-    struct Config {
-        rate_hz: f64,
-        codes: Codes,
-        #[serde(default)] band_hz: Option<(f64, f64)>,
-        #[serde(default)] range_m: Option<(f64, f64)>,
-        #[serde(default)] velocity_mps: Option<(f64, f64)>,
-        #[serde(default)] method: Method,
-        #[serde(default)] reach: Reach,
-        #[serde(default)] arithmetic: Arithmetic,
-        #[serde(default)] effort: Effort,
-        #[serde(default = "usual_false_alarm")] false_alarm: f64,
-        #[serde(default)] scene: Scene,
-        #[serde(default = "none_followed")] following: Following,
-        #[serde(default)] carrier: Carrier,
-    }
-    #[serde(deny_unknown_fields)]
-    enum Scene {
-        Tone,
-        Doppler { wavelength_m: f64, angle_rad: f64, #[serde(default = "usual_mixing")] mixing: Mixing },
-        Chirp(Chirp),
-    }
-
-    struct Stamp { sequence: u32, clock: u64, segment: Segment, gap: bool }
-    struct Measurement { stamp: Stamp, clipped: u32, tone: Tone, result: Outcome }
-    enum Outcome { None, Velocity(Velocity), Target(Target) }
-    struct Tone {
-        frequency: Frequency,
-        #[serde(with = "sigma")] sigma: f32,
-        #[serde(with = "number")] snr: f32,
-        #[serde(with = "number")] amplitude: f32,
-        verdict: Verdict,
-        also: Verdicts,
-        rate_hz: f64,
-    }
-    struct ToneWithPhase {
-        tone: Tone,
-        #[serde(with = "number")] phase: f32,
-        #[serde(with = "sigma")] sigma_phase: f32,
-    }
-    struct FrequencyDrift { #[serde(with = "number")] cycles: f32, #[serde(with = "sigma")] sigma: f32 }
-    struct Harmonic { tone: Tone, orders: u32 }
-    struct Unjudged { frequency: Frequency, #[serde(with = "sigma")] sigma: f32 }
-    struct Accumulated { tone: Tone, #[serde(with = "number")] ln_chance: f32, blocks: u32 }
-    struct Burst { tone: Tone, arrival: f64, #[serde(with = "number")] deviation: f32, validation: Validation }
-    struct Velocity {
-        #[serde(with = "quantity")] velocity: I32F32,
-        #[serde(with = "sigma")] sigma: f32,
-        verdict: Verdict,
-    }
-    struct Target {
-        #[serde(with = "quantity")] range: I32F32,
-        #[serde(with = "quantity_or_none")] velocity: Option<I32F32>,
-        #[serde(with = "sigma")] sigma_range: f32,
-        #[serde(with = "sigma")] sigma_velocity: f32,
-        ambiguity: Ambiguity,
-        verdict: Verdict,
-    }
-    enum Ambiguity { None, Coupled, Several(Candidates), Decided(Decision) }
-    struct Candidate {
-        #[serde(with = "quantity")] range: I32F32,
-        #[serde(with = "quantity")] velocity: I32F32,
-        odds: f32,
-    }
-    struct Displacement {
-        #[serde(with = "quantity")] metres: I32F32,
-        #[serde(with = "sigma")] sigma: f32,
-        start: u32,
-        verdict: Verdict,
-    }
-}
-
 /// The default of [`Config::new`].
-const fn none_followed() -> Following {
+pub(crate) const fn none_followed() -> Following {
     Following::NONE
 }
 
 /// The default of [`Config::new`].
-const fn usual_false_alarm() -> f64 {
+pub(crate) const fn usual_false_alarm() -> f64 {
     FALSE_ALARM
 }
 
 /// The mixing by which a positive shift approaches, see [`Scene::Doppler`].
-const fn usual_mixing() -> Mixing {
+pub(crate) const fn usual_mixing() -> Mixing {
     Mixing::RxConjTx
 }
 
@@ -368,7 +229,7 @@ impl<'de> Deserialize<'de> for Candidates {
 }
 
 /// A velocity that may not be known.
-mod quantity_or_none {
+pub(crate) mod quantity_or_none {
     use super::*;
 
     pub fn serialize<S: Serializer>(
@@ -387,7 +248,7 @@ mod quantity_or_none {
 }
 
 /// A range or a velocity.
-mod quantity {
+pub(crate) mod quantity {
     use super::*;
 
     pub fn serialize<S: Serializer>(value: &I32F32, serializer: S) -> Result<S::Ok, S::Error> {
@@ -406,7 +267,7 @@ mod quantity {
 /// A number that may not be finite, and how it is read then.
 macro_rules! or {
     ($name:ident, $otherwise:expr) => {
-        mod $name {
+        pub(crate) mod $name {
             use super::*;
 
             pub fn serialize<S: Serializer>(value: &f32, serializer: S) -> Result<S::Ok, S::Error> {

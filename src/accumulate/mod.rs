@@ -76,11 +76,13 @@ pub const MOST_BLOCKS: u32 = 1 << 16;
 /// The result of a sum of blocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Accumulated {
     /// The strongest line. Its amplitude is the root of the mean square over the blocks, its signal-to-noise ratio is per sample. With a
     /// drift its frequency belongs to the middle between the first and the last block.
     pub tone: Tone,
     /// The natural logarithm of the probability that noise alone shows such a line anywhere in the band.
+    #[cfg_attr(feature = "serde", serde(with = "crate::stored::number"))]
     pub ln_chance: f32,
     /// The blocks that were added.
     pub blocks: u32,
@@ -333,15 +335,8 @@ impl Progress {
         };
         let sigma = libm::sqrt(variance) as f32 / n;
         let reasons = reasons.with_sigma(sigma);
-        let tone = Tone {
-            frequency,
-            sigma,
-            snr,
-            amplitude,
-            verdict: reasons.verdict(),
-            also: reasons.also(),
-            rate_hz: terms.rate_hz,
-        };
+        let tone =
+            Tone { frequency, sigma, snr, amplitude, ..Tone::with_reasons(reasons, terms.rate_hz) };
         Accumulated { tone, ln_chance, blocks }
     }
 }

@@ -34,6 +34,8 @@ pub struct Counters {
 
 /// The conditions under which a burst begins and ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct Trigger {
     /// The energy of an eighth of a record over the quartile of the noise's energy, at which a burst begins; it ends at half of the excess.
     /// `None` is the ratio that noise exceeds in one of 3,000 cells: 1.6 for real records of 1,024 samples.

@@ -197,6 +197,7 @@ impl Segment {
 /// telemetry.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Stamp {
     /// The number of the block, modulo 2^32. Every block that the converter fills counts, also a
     /// lost one, so a hole in the sequence is a loss.

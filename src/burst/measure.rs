@@ -188,9 +188,7 @@ impl<'a> Measuring<'a> {
             sigma,
             snr: power / noise.max(f32::MIN_POSITIVE),
             amplitude,
-            verdict: reasons.verdict(),
-            also: reasons.also(),
-            rate_hz: self.terms.rate_hz,
+            ..Tone::with_reasons(reasons, self.terms.rate_hz)
         };
         true
     }

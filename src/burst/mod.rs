@@ -96,6 +96,7 @@ impl Validation {
 /// One burst.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Burst {
     /// The tone of the burst. Its amplitude and its signal-to-noise ratio are taken at the envelope's top.
     pub tone: Tone,
@@ -103,6 +104,7 @@ pub struct Burst {
     pub arrival: f64,
     /// The standard deviation of the Gaussian envelope of the amplitude, samples. The transit time, between the points at which the power
     /// is down by `exp(-2)`, is `2 sqrt(2)` times this.
+    #[cfg_attr(feature = "serde", serde(with = "crate::stored::number"))]
     pub deviation: f32,
     /// Whether one particle made the burst.
     pub validation: Validation,

@@ -160,9 +160,7 @@ impl Map<'_> {
             sigma: sigma_beat,
             snr: power * per_sample / beside.power,
             amplitude,
-            verdict: reasons.verdict(),
-            also: reasons.also(),
-            rate_hz: plan.rate_hz,
+            ..Tone::with_reasons(reasons, plan.rate_hz)
         };
         // The phase of a record belongs to the sample after its middle, and is that of a line through a phase that bends.
         let later = 0.5 * (echo.peak as f32 + echo.offset) / n + echo.bend / 24.0;

@@ -43,10 +43,12 @@ pub struct FrequencyOnly<R: Record, const N: usize, E: Engine = I32> {
 /// A frequency with the standard deviation that noise gives it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Unjudged {
     /// The frequency.
     pub frequency: Frequency,
     /// One standard deviation, in cycles per sample, if the record is one steady tone in noise.
+    #[cfg_attr(feature = "serde", serde(with = "crate::stored::sigma"))]
     pub sigma: f32,
 }
 

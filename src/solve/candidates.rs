@@ -9,12 +9,15 @@ pub const CANDIDATES: usize = 4;
 /// One of several targets that fit the beats.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Candidate {
     /// Range, metres.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
+    #[cfg_attr(feature = "serde", serde(with = "crate::stored::quantity"))]
     pub range: I32F32,
     /// Velocity, metres per second; positive when approaching.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
+    #[cfg_attr(feature = "serde", serde(with = "crate::stored::quantity"))]
     pub velocity: I32F32,
     /// The probability of this candidate, 0 to 1. The rest up to 1 belongs to candidates that are not in the list, and to a
     /// target with a beat that no ramp shows.
@@ -97,6 +100,8 @@ impl Decision {
 /// The ambiguity that waveform and lines leave.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Ambiguity {
     /// The answer is unique.
     #[default]

@@ -30,12 +30,15 @@ pub enum Between {
 /// The displacement of a target since a start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Displacement {
     /// Metres; positive when the target went away, as ranges count.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
+    #[cfg_attr(feature = "serde", serde(with = "crate::stored::quantity"))]
     pub metres: I32F32,
     /// One standard deviation, metres, of the phase in this block. The displacement of the first block is 0, and the first block's error is
     /// part of all later ones.
+    #[cfg_attr(feature = "serde", serde(with = "crate::stored::sigma"))]
     pub sigma: f32,
     /// The number of the start from which the displacement counts, which is the first block after it whose tone can be used. Displacements
     /// of different starts do not belong together.

@@ -26,6 +26,8 @@ use crate::tone::evidence::EDGE_BINS;
 /// The segments follow one another without a pause, and each lasts [`Chirp::duration_s`]: the carrier rises from `f0 = c / wavelength` by
 /// the bandwidth, stays (a trapezoid's flat segment), and falls back.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct Chirp {
     /// The segments.
     pub shape: Shape,

@@ -13,6 +13,8 @@ use core::f32::consts::PI;
 /// What is not known of a sensor, each as one standard deviation. The default knows everything.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct Uncertainty {
     /// Of the sample clock, parts per million.
     pub clock_ppm: f32,

@@ -39,6 +39,7 @@ pub const HIGHEST: u32 = 32;
 /// A fundamental and the orders that it was found by.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Harmonic {
     /// The fundamental: its frequency and sigma from all lines. The signal-to-noise ratio is of all lines together; the amplitude belongs
     /// to order 1, 0 if order 1 is not seen.

@@ -54,15 +54,19 @@ pub use verdict::{Reasons, Usable, Verdict, Verdicts};
 /// # Ok::<(), picket_dsp::LengthError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tone {
     /// The frequency.
     pub frequency: Frequency,
     /// One standard deviation of the frequency, in cycles per sample.
+    #[cfg_attr(feature = "serde", serde(with = "crate::stored::sigma"))]
     pub sigma: f32,
     /// Signal-to-noise ratio per sample, as a power ratio: A^2 / (2 s^2) for a real tone of amplitude
     /// A in noise of variance s^2, A^2 / s^2 for a complex tone in complex noise of power s^2.
+    #[cfg_attr(feature = "serde", serde(with = "crate::stored::number"))]
     pub snr: f32,
     /// Amplitude in ADC codes.
+    #[cfg_attr(feature = "serde", serde(with = "crate::stored::number"))]
     pub amplitude: f32,
     /// Whether the tone may be used: the most severe reason that applies.
     pub verdict: Verdict,
@@ -110,6 +114,11 @@ impl Tone {
         rate_hz: 0.0,
     };
 
+    /// A tone with these reasons alone, for its maker to fill in.
+    pub(crate) fn with_reasons(reasons: Reasons, rate_hz: f64) -> Self {
+        Self { verdict: reasons.verdict(), also: reasons.also(), rate_hz, ..Self::ZERO }
+    }
+
     /// The frequency in hertz.
     pub fn hertz(&self) -> f64 {
         self.frequency.hertz(self.rate_hz)
@@ -153,10 +162,13 @@ impl Tone {
 /// The rise of a tone's frequency from the beginning of a record to its end.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FrequencyDrift {
     /// The rise, cycles per sample. It is within 1 % up to half a bin, and too small beyond.
+    #[cfg_attr(feature = "serde", serde(with = "crate::stored::number"))]
     pub cycles: f32,
     /// One standard deviation of the rise, cycles per sample.
+    #[cfg_attr(feature = "serde", serde(with = "crate::stored::sigma"))]
     pub sigma: f32,
 }
 

@@ -10,13 +10,16 @@ use core::f32::consts::PI;
 /// There the frequency does not disturb the phase: both errors are independent, and the phase is as exact as if the frequency were known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ToneWithPhase {
     /// The tone.
     pub tone: Tone,
     /// The phase at sample `N/2`, radians, -pi..=pi: the samples are `A cos(phase + 2 pi f (n - N/2))`, f in cycles per sample. For
     /// unresolved tones and tones of a wrong sign the phase has no meaning.
+    #[cfg_attr(feature = "serde", serde(with = "crate::stored::number"))]
     pub phase: f32,
     /// One standard deviation of the phase, radians.
+    #[cfg_attr(feature = "serde", serde(with = "crate::stored::sigma"))]
     pub sigma_phase: f32,
 }
 
