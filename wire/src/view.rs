@@ -1,7 +1,7 @@
 //! An answer as programs show it: in SI units, once for all languages. C has these structures as they are; the columns of Python's arrays,
 //! the page's rows and JSON's keys come from [`View::each`]; `lab schema` writes `picket.h` of them.
 //!
-//! Each field has a width of its own, and no structure has holes: a later field takes the place of `reserved` or stands at the end.
+//! Each field has a width of its own, and no structure has holes: a later field takes the place of `reserved...` or stands at the end.
 
 mod columns;
 mod frames;
@@ -12,12 +12,13 @@ use crate::layout::{Form, Place, Structure};
 use picket_dsp::acquire::burst::Counters;
 use picket_dsp::acquire::sample::Segment;
 use picket_dsp::burst::Validation;
-use picket_dsp::fixed::types::I32F32;
+use picket_dsp::fixed::types::{I0F32, I32F32};
 use picket_dsp::pipeline::Outcome;
 use picket_dsp::solve::candidates::{Ambiguity, CANDIDATES, Decision};
 use picket_dsp::solve::chirp::{Mixing, Shape};
 use picket_dsp::solve::track::State;
 use picket_dsp::tone::phasor::ToneWithPhase;
+use picket_dsp::{Frequency, Verdict, Verdicts};
 
 /// A value within a view.
 pub trait View: Copy + Default {
@@ -85,7 +86,7 @@ const fn is_reserved(name: &str) -> bool {
         }
         (name, reserved) = (rest, others);
     }
-    name.is_empty() && reserved.is_empty()
+    reserved.is_empty()
 }
 
 macro_rules! views {
@@ -720,6 +721,26 @@ impl Tone {
             also: tone.also.bits(),
             reserved: [0; 2],
         }
+    }
+
+    /// The tone that this view was made of, at its sample rate; `None` for an unknown verdict, a rate that is not positive, or a frequency beyond it.
+    pub fn told(&self, rate_hz: f64) -> Option<picket_dsp::Tone> {
+        let cycles = self.frequency_hz / rate_hz;
+        if !(rate_hz > 0.0 && (-0.5..=0.5).contains(&cycles) && self.sigma_hz >= 0.0) {
+            return None;
+        }
+        let steps = cycles * 4_294_967_296.0;
+        let nearest = if steps < 0.0 { steps - 0.5 } else { steps + 0.5 };
+        Some(picket_dsp::Tone {
+            // Half the rate wraps, as on the circle.
+            frequency: Frequency(I0F32::from_bits(nearest as i64 as i32)),
+            sigma: (self.sigma_hz / rate_hz) as f32,
+            snr: self.snr,
+            amplitude: self.amplitude,
+            verdict: Verdict::from_u8(self.verdict)?,
+            also: Verdicts::from_bits(self.also),
+            rate_hz,
+        })
     }
 }
 

@@ -4,10 +4,10 @@ use super::{
     Budget, Calibration, Displacement, FrameTarget, Line, Part, PhaseRange, RangeCandidate, Target,
     Uncertainty,
 };
-use picket_dsp::fixed::types::{I0F32, I32F32};
+use picket_dsp::fixed::types::I32F32;
 use picket_dsp::solve::uncertainty::Source;
 use picket_dsp::solve::{displacement, phase_range, uncertainty};
-use picket_dsp::{Ambiguity, Candidate, Candidates, Frequency, ToneWithPhase, Verdict, Verdicts};
+use picket_dsp::{Ambiguity, Candidate, Candidates, ToneWithPhase, Verdict};
 
 impl FrameTarget {
     /// A frame's target.
@@ -25,22 +25,7 @@ impl Line {
     /// The tone that this line was made of, at its sample rate; `None` for an unknown verdict, a rate that is not positive, or a frequency beyond it.
     pub fn phasor(&self, rate_hz: f64) -> Option<ToneWithPhase> {
         let Self { tone, phase_rad, sigma_phase_rad } = *self;
-        let cycles = tone.frequency_hz / rate_hz;
-        if !(rate_hz > 0.0 && (-0.5..=0.5).contains(&cycles) && tone.sigma_hz >= 0.0) {
-            return None;
-        }
-        let steps = cycles * 4_294_967_296.0;
-        let nearest = if steps < 0.0 { steps - 0.5 } else { steps + 0.5 };
-        let tone = picket_dsp::Tone {
-            // Half the rate wraps, as on the circle.
-            frequency: Frequency(I0F32::from_bits(nearest as i64 as i32)),
-            sigma: (tone.sigma_hz / rate_hz) as f32,
-            snr: tone.snr,
-            amplitude: tone.amplitude,
-            verdict: Verdict::from_u8(tone.verdict)?,
-            also: Verdicts::from_bits(tone.also),
-            rate_hz,
-        };
+        let tone = tone.told(rate_hz)?;
         Some(ToneWithPhase { tone, phase: phase_rad, sigma_phase: sigma_phase_rad })
     }
 }
