@@ -43,6 +43,7 @@ fn record(sequence: u32, rng: &mut impl Rng) -> Telemetry {
     }
 }
 
+#[allow(clippy::needless_update, reason = "a field to come has its default")]
 fn any_record(sequence: u32, rng: &mut impl Rng) -> Telemetry {
     let verdict = |rng: &mut _| Verdict::ALL[Rng::next_u32(rng) as usize % Verdict::ALL.len()];
     let result = match rng.random_range(0..5) {
@@ -89,6 +90,7 @@ fn any_record(sequence: u32, rng: &mut impl Rng) -> Telemetry {
                 verdict: verdict(rng),
                 also: Verdicts::from_bits(rng.random()),
                 rate_hz: rng.random(),
+                ..Tone::default()
             },
             result,
         },
