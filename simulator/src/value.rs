@@ -99,6 +99,13 @@ impl From<f64> for Value {
     }
 }
 
+/// Times and the values at them.
+impl From<Vec<[f64; 2]>> for Value {
+    fn from(course: Vec<[f64; 2]>) -> Self {
+        Value::Over(course)
+    }
+}
+
 impl From<core::ops::Range<f64>> for Value {
     fn from(range: core::ops::Range<f64>) -> Self {
         Value::Between([range.start, range.end])

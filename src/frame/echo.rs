@@ -23,6 +23,27 @@ pub(super) struct Echo {
     /// Bins by which the beat moves from chirp to chirp, and by which it rises within a chirp.
     pub walk: f32,
     pub bend: f32,
+    /// The turn's rise over the frame by an acceleration: the phase in turns is `curve (x^2 - 1/12)` beside that of the turn, x from -1/2
+    /// to 1/2. It changes neither the mean phase nor the mean turn.
+    pub curve: f32,
+}
+
+/// The phase of an echo from chirp to chirp, for the amplitude 1.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Phases {
+    phase: Complex<f32>,
+    step: Complex<f32>,
+    twist: Complex<f32>,
+}
+
+impl Phases {
+    /// The phase of the next chirp.
+    pub fn next(&mut self) -> Complex<f32> {
+        let now = self.phase;
+        self.phase *= self.step;
+        self.step *= self.twist;
+        now
+    }
 }
 
 impl Echo {
@@ -31,23 +52,49 @@ impl Echo {
         self.alias as f32 + (self.row as f32 + self.turn) / plan.chirps as f32
     }
 
+    /// [`Echo::offset`] in the middle of the frame: that of the fit is the mean over the chirps.
+    pub fn middle(&self, plan: &FramePlan) -> f32 {
+        // A turn is half a wavelength, by which the beat moves as by a walk of one turn.
+        self.offset - self.curve / 12.0 * (plan.walk * plan.velocity.float)
+    }
+
     /// Sets the effect of the velocity on the beat.
     pub fn move_on(&mut self, plan: &FramePlan) {
         let velocity = self.turns(plan) * plan.velocity.float;
-        (self.walk, self.bend) = (plan.walk * velocity, plan.bend * velocity);
+        // The velocity gained from chirp to chirp, whose Doppler shift moves the beat, too.
+        let chirps = plan.chirps as f32;
+        let gain = 2.0 * self.curve / (chirps * chirps) * plan.velocity.float;
+        self.walk = plan.walk * velocity - gain / plan.shift.float * plan.n as f32;
+        self.bend = plan.bend * velocity;
         // A bend that leaves less than -85 dB of the echo.
         if self.bend.abs() < 2e-4 {
             self.bend = 0.0;
         }
     }
 
-    /// The phase of the first chirp relative to the middle's, and the turn from each chirp to the next.
-    pub fn phases(&self, plan: &FramePlan) -> [Complex<f32>; 2] {
-        let chirps = plan.chirps as i32;
-        let step = circle::<f32>(self.row, chirps) * f32::unit(self.turn / chirps as f32);
-        let first = circle::<f32>(-self.row * (chirps - 1), 2 * chirps)
-            * f32::unit(-0.5 * self.turn * (chirps as f32 - 1.0) / chirps as f32);
-        [first, step]
+    /// The phases of the chirps relative to the middle's.
+    pub fn phases(&self, plan: &FramePlan) -> Phases {
+        let (chirps, number) = (plan.chirps as i32, plan.chirps as f32);
+        let step = circle::<f32>(self.row, chirps) * f32::unit(self.turn / number);
+        let phase = circle::<f32>(-self.row * (chirps - 1), 2 * chirps)
+            * f32::unit(-0.5 * self.turn * (number - 1.0) / number);
+        let straight = Phases { phase, step, twist: Complex::new(1.0, 0.0) };
+        if self.curve == 0.0 {
+            return straight;
+        }
+        let Phases { phase, step, twist } = self.curves(plan);
+        Phases { phase: straight.phase * phase, step: straight.step * step, twist }
+    }
+
+    /// The part of the curve in [`Echo::phases`].
+    pub fn curves(&self, plan: &FramePlan) -> Phases {
+        let chirps = plan.chirps as f32;
+        let first = -0.5 * (chirps - 1.0) / chirps;
+        Phases {
+            phase: f32::unit(self.curve * (first * first - 1.0 / 12.0)),
+            step: f32::unit(self.curve * (2.0 * first + 1.0 / chirps) / chirps),
+            twist: f32::unit(2.0 * self.curve / (chirps * chirps)),
+        }
     }
 
     /// The echo's share in a bin of a chirp at this distance from the middle, for the amplitude 1 and without the turn over the chirps.

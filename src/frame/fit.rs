@@ -25,6 +25,9 @@ const TAPS: i32 = 4;
 /// Bins: those of the window, and the taps next to it.
 const READ: i32 = REACH + TAPS;
 
+/// The most turns of a curve: a fit sees about a radian of it, and a search from the middle no more.
+const MOST_CURVE: f32 = 2.0;
+
 /// The result of both fits, of an echo whose amplitude is known.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fitted {
@@ -53,15 +56,19 @@ impl Map<'_> {
         let plan = self.plan;
         let chirps = plan.chirps;
         let records = self.records(echo);
-        // The amplitude: the mean over the chirps, turned back.
-        let [start, step] = echo.phases(plan);
-        let mut phase = start;
-        let mut sum = Complex::new(0.0, 0.0);
-        for value in records.turn.iter().take(chirps) {
-            sum += value * phase.conj();
-            phase *= step;
+        // The amplitude: the mean over the chirps, turned back; and what the curve still lacks.
+        let mut phases = Echo { curve: 0.0, ..*echo }.phases(plan);
+        let (mut sum, mut curved) = (Complex::new(0.0, 0.0), Complex::new(0.0, 0.0));
+        for (chirp, value) in records.turn.iter().take(chirps).enumerate() {
+            let back = value * phases.next().conj();
+            let x = plan.place(chirp) / chirps as f32;
+            sum += back;
+            curved += back * (x * x - 1.0 / 12.0);
         }
         let amplitude = sum / chirps as f32;
+        // The mean of (x^2 - 1/12)^2 is 1/180.
+        let lacks = (curved * sum.conj()).im / sum.norm_sqr().max(f32::MIN_POSITIVE);
+        let curve = (echo.curve + 180.0 * 0.5 * FRAC_1_PI * lacks).clamp(-MOST_CURVE, MOST_CURVE);
         let usual = |offset: f32| if first { FitStart::Usual } else { FitStart::From(offset, 2) };
         // Over the chirps.
         let half = ((chirps as i32 - 1) / 2).min(REACH);
@@ -87,7 +94,7 @@ impl Map<'_> {
         let around = Bins::<f32, Iq, Rectangular>::from_middle(plan.n, echo.peak, &bins);
         let beat = fit_bins(&around, REACH as usize, usual(echo.offset))?;
         let moved = [beat.offset - echo.offset, turn.offset - echo.turn];
-        let mut next = Echo { offset: beat.offset, turn: turn.offset, amplitude, ..*echo };
+        let mut next = Echo { offset: beat.offset, turn: turn.offset, amplitude, curve, ..*echo };
         next.centre(chirps as i32);
         next.move_on(plan);
         Some(Fitted { echo: next, beat, turn, energy: records.energy * chirps as f32, moved })
@@ -101,12 +108,12 @@ impl Map<'_> {
             Records { turn: EMPTY, beat: [Complex::new(0.0, 0.0); WIDTH], energy: 0.0 };
         let mut column = EMPTY;
         let reach = if walks { READ } else { REACH };
-        let [start, step] = echo.phases(plan);
+        let start = echo.phases(plan);
         // Of an echo that walks, its own share is subtracted from the cells and put back as a pure tone.
         for away in -reach..=reach {
             let bin = echo.peak + away;
             self.column(bin, if walks { echo.walk } else { 0.0 }, &mut column);
-            let mut phase = start;
+            let mut phases = start;
             let share = Share::new(echo, plan, |place| echo.line(plan, bin, place));
             let image = |here: i32, place: f32| echo.image(plan, here, place);
             let mirror =
@@ -114,7 +121,7 @@ impl Map<'_> {
             for (chirp, (cell, sum)) in
                 column.iter().zip(&mut records.turn).take(plan.chirps).enumerate()
             {
-                let place = plan.place(chirp);
+                let (place, phase) = (plan.place(chirp), phases.next());
                 let jump = if walks { nearest(echo.walk * place) } else { 0.0 };
                 let here = bin.wrapping_add(jump as i32);
                 let line =
@@ -139,7 +146,6 @@ impl Map<'_> {
                 // The part of a bin that the jump leaves.
                 let part = if walks { echo.walk * place - jump } else { 0.0 };
                 let back = rest * phase.conj() / plan.chirps as f32;
-                phase *= step;
                 if part.abs() < 1e-3 {
                     add(&mut records.beat, away, back);
                 } else {
@@ -154,10 +160,10 @@ impl Map<'_> {
         }
         records.energy /= plan.chirps as f32;
         let unit = 1.0 / records.energy.max(f32::MIN_POSITIVE);
-        let mut phase = start;
+        let straight = Echo { curve: 0.0, ..*echo };
+        let (mut phases, mut curves) = (straight.phases(plan), echo.curves(plan));
         for value in records.turn.iter_mut().take(plan.chirps) {
-            *value = *value * unit + echo.amplitude * phase;
-            phase *= step;
+            *value = *value * unit * curves.next().conj() + echo.amplitude * phases.next();
         }
         for (place, bin) in records.beat.iter_mut().enumerate() {
             *bin += echo.amplitude * kernel(plan.n, place as i32 - REACH, echo.offset, 0.0);
@@ -169,22 +175,21 @@ impl Map<'_> {
     /// subtracted from the cells.
     pub fn along(&self, echo: &Echo) -> f32 {
         let plan = self.plan;
-        let [start, step] = echo.phases(plan);
+        let start = echo.phases(plan);
         let mut column = EMPTY;
         let (mut sum, mut energy) = (Complex::new(0.0, 0.0), 0.0);
         for away in -REACH..=REACH {
             let bin = echo.peak + away;
             self.column(bin, echo.walk, &mut column);
-            let mut phase = start;
+            let mut phases = start;
             for (chirp, cell) in column.iter().take(plan.chirps).enumerate() {
-                let place = plan.place(chirp);
+                let (place, phase) = (plan.place(chirp), phases.next());
                 let here = bin.wrapping_add(nearest(echo.walk * place) as i32);
                 let line = echo.line(plan, here, place);
                 if self.keeps(here) {
                     sum += cell * (line * phase).conj();
                     energy += line.norm_sqr();
                 }
-                phase *= step;
             }
         }
         sum.norm_sqr() / energy.max(f32::MIN_POSITIVE)

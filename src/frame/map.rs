@@ -68,7 +68,7 @@ impl Map<'_> {
         }
         // An echo that is put aside has no amplitude.
         for echo in self.echoes.iter().filter(|echo| echo.amplitude.norm_sqr() > 0.0) {
-            let [mut phase, step] = echo.phases(plan);
+            let mut phases = echo.phases(plan);
             let line = |bin: i32, place: f32| echo.line(plan, bin, place);
             let image = |bin: i32, place: f32| echo.image(plan, bin, place);
             let (mut line_here, mut image_here) = (None, None);
@@ -80,8 +80,7 @@ impl Map<'_> {
             }
             for (chirp, cell) in column.iter_mut().take(plan.chirps).enumerate() {
                 let here = at(chirp);
-                let turned = echo.amplitude * phase;
-                phase *= step;
+                let turned = echo.amplitude * phases.next();
                 if !self.keeps(here) {
                     continue;
                 }

@@ -198,6 +198,7 @@ impl Map<'_> {
             amplitude: Complex::new(0.0, 0.0),
             walk: 0.0,
             bend: 0.0,
+            curve: 0.0,
         };
         // The allowed alias with this walk.
         let per_turn = plan.velocity.float * plan.walk;

@@ -20,6 +20,7 @@ use crate::tone::phasor::ToneWithPhase;
 use crate::tone::sigma::{CLIPPED, sigma_bins};
 use crate::tone::verdict::Reasons;
 use crate::tone::{Tone, Verdict};
+use core::f32::consts::TAU;
 use fixed::types::I32F32;
 
 /// A target of a frame.
@@ -51,6 +52,9 @@ const WITHIN: f32 = 5.0;
 /// Two echoes are too near each other to be distinguished within this many bins in both directions.
 const CROWDED: f32 = 2.0;
 
+/// A curve of no more than so many sigma counts as noise.
+const NOISY: f32 = 2.0;
+
 /// An end of a real spectrum or the offset of an I/Q one disturbs a beat within this many bins.
 const EDGE: f32 = 1.5;
 
@@ -65,7 +69,8 @@ impl Map<'_> {
     /// Range and velocity of an echo.
     fn place(&self, echo: &Echo) -> [I32F32; 2] {
         let plan = self.plan;
-        let beat = (echo.peak as f32 + echo.offset) / plan.n as f32;
+        let offset = echo.middle(plan);
+        let beat = (echo.peak as f32 + offset) / plan.n as f32;
         let far = beat * plan.range.float;
         // In fixed point: whole bins are exact, and a float holds the rest.
         let steps = |whole: i32, rest: f32, of: usize| {
@@ -79,7 +84,7 @@ impl Map<'_> {
         let resting = far + shift * plan.range.float;
         let velocity = velocity.saturating_add(in_steps(rough * plan.lower * resting));
         let faster = to_f32(velocity);
-        let beat = steps(echo.peak, echo.offset, plan.n);
+        let beat = steps(echo.peak, offset, plan.n);
         let shift = (faster / plan.shift.float * 4_294_967_296.0) as i64;
         [stretched(metres(beat.saturating_add(shift), plan.range.fixed), velocity), velocity]
     }
@@ -156,7 +161,8 @@ impl Map<'_> {
         // A real tone of amplitude A has A/2 at each of its frequencies.
         let amplitude = echo.amplitude.norm_sqr().root() * if plan.iq { 1.0 } else { 2.0 };
         let tone = Tone {
-            frequency: Frequency::from_bins(echo.peak, echo.offset, plan.n).unwrap_or_default(),
+            frequency: Frequency::from_bins(echo.peak, echo.middle(plan), plan.n)
+                .unwrap_or_default(),
             sigma: sigma_beat,
             snr: power * per_sample / beside.power,
             amplitude,
@@ -164,8 +170,14 @@ impl Map<'_> {
         };
         // The phase of a record belongs to the sample after its middle, and is that of a line through a phase that bends.
         let later = 0.5 * (echo.peak as f32 + echo.offset) / n + echo.bend / 24.0;
-        let phase = f32::angle(echo.amplitude * f32::unit(later));
-        let sigma_phase = (0.5 * wider.max(wider_turn) / ratio.max(f32::MIN_POSITIVE)).root();
+        // The phase of the fit is the mean over the chirps. As far as the curve exceeds its own noise, the middle is known from it: the
+        // curve's variance is 180 of the phase's, in radians, and a twelfth of the curve is between the two.
+        let variance = 0.5 * wider.max(wider_turn) / ratio.max(f32::MIN_POSITIVE);
+        let curve = TAU * echo.curve;
+        let known = 1.0 - NOISY * NOISY * 180.0 * variance / (curve * curve).max(f32::MIN_POSITIVE);
+        let known = known.max(0.0);
+        let phase = f32::angle(echo.amplitude * f32::unit(later - known * echo.curve / 12.0));
+        let sigma_phase = (variance * (1.0 + known * 180.0 / 144.0)).root();
         let velocity = Some(velocity);
         FrameTarget {
             target: Target { range, velocity, sigma_range, sigma_velocity, ambiguity, verdict },

@@ -163,6 +163,46 @@ fn frames_of_every_shape_are_right_within_their_sigmas() {
     hold_together("frames of every shape, all together", rows, &RIGHT);
 }
 
+/// A target whose speed changes evenly has the velocity of the frame's middle, as one of constant speed.
+#[test]
+fn an_accelerating_target_is_right() {
+    let (n, chirps) = (256, 64);
+    let mut rows = Vec::new();
+    for radar in [&RADARS[0], &RADARS[2]] {
+        for kind in [Iq, Real] {
+            // What the acceleration adds to the turn from the middle of the frame to its ends, turns.
+            for turns in [0.01, 0.05, 0.15] {
+                for snr_db in [-10.0, 10.0, 20.0] {
+                    let amplitude = amplitude(snr_db);
+                    let [bin_m, row_mps] = radar.cell(chirps);
+                    let seconds = 1e-6 * radar.period_us * chirps as f64;
+                    let change = 8.0 * turns * row_mps;
+                    let (low, high) = (-9.3 * row_mps, -9.3 * row_mps + change);
+                    let one = Target {
+                        velocity_mps: vec![[0.0, low], [seconds, high]].into(),
+                        ..target((20.0 * bin_m, 60.0 * bin_m), (0.0, 0.0), amplitude)
+                    };
+                    let mut scene = radar.scene(kind, n, chirps, vec![one]);
+                    scene.receiver.noise.rms = Some(deviation(amplitude, snr_db).into());
+                    let label = format!(
+                        "an accelerating target is right: {}, {}, {turns} turns, {snr_db} dB",
+                        kind.name(),
+                        radar.name()
+                    );
+                    let case = Case::new(label, scene, n).by(Path::Frame(chirps)).trials(24);
+                    let bound = 0.999 * radar.half_alias();
+                    rows.push(
+                        case.told(|config: &mut Config| {
+                            config.velocity_mps = Some((-bound, bound))
+                        }),
+                    );
+                }
+            }
+        }
+    }
+    hold_together("an accelerating target is right, all together", rows, &RIGHT);
+}
+
 /// Several targets, three cells apart in one direction at least.
 #[test]
 fn several_targets_of_a_frame_are_found() {
