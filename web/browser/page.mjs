@@ -92,6 +92,8 @@ async function hindrances(page, place) {
   for (const colorScheme of ["light", "dark"]) {
     await page.emulateMedia({ colorScheme });
     await drawn(page);
+    // Colours that still change are none of the page's.
+    await page.evaluate(() => Promise.allSettled(document.getAnimations().map(({ finished }) => finished)));
     const { violations, passes } = await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
     const rows = violations.map(({ id, nodes }) => [id, nodes.map(({ target, failureSummary }) => `${target}: ${failureSummary}`)]);
     found.push({ place, colorScheme, rules: passes.length, violations: rows });
@@ -479,6 +481,7 @@ async function bare() {
 const map = (page) => page.evaluate(() => ({
   file: document.querySelector("#file-name").textContent, map: document.querySelector("#map canvas").ariaLabel, key: document.querySelector("#map-key").textContent,
   title: document.querySelector("#map-title").textContent,
+  button: document.querySelector("#background").checkVisibility(), background: document.querySelector("#background-said").textContent,
   spectrum: document.querySelector("#spectrum-figure").checkVisibility(), labels: [...document.querySelectorAll("#map .label")].map((label) => label.textContent),
   targets: [...document.querySelector("#targets").tBodies[0].rows].map((row) => [...row.cells].map((cell) => cell.textContent)),
 }));
@@ -500,6 +503,12 @@ async function frames() {
   const json = (await saved(page, "json")).toString();
   await page.click("#verdict");
   const { notice } = await until(page, (said) => said.notice);
+  // By its key and by its button.
+  await measuredAfter(page, () => page.keyboard.press("b"));
+  const beside = { ...await map(page), json: (await saved(page, "json")).toString() };
+  await measuredAfter(page, () => page.click("#background"));
+  const whole = await map(page);
+  await measuredAfter(page, () => page.click("#background"));
   // Without bounds a velocity has aliases.
   for (const name of ["velocity_low_mps", "velocity_high_mps"]) await slide(page, name, "");
   await measured(page);
@@ -512,7 +521,7 @@ async function frames() {
   // Another source takes its place.
   await page.keyboard.press("1");
   const after = await until(page, ({ word }) => word === "good");
-  tell("frames", { errors, asked, before, seen, found, json, told: notice, aliases: open_, width, after });
+  tell("frames", { errors, asked, before, seen, found, json, told: notice, beside, whole, aliases: open_, width, after });
   await context.close();
 }
 

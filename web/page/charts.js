@@ -275,6 +275,11 @@ export class TimeChart extends Chart {
     });
   }
 
+  /** Takes the newest point back. */
+  back() {
+    this.points.forEach((column) => column.pop());
+  }
+
   show() {
     const [, low, high, truth] = this.points;
     // Outliers that a verdict flags do not set the scale: nine tenths of the points do.

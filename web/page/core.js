@@ -143,15 +143,22 @@ export class Core {
     this.exports.picket_map();
     const numbers = this.numbers();
     if (!numbers.length) return null;
-    const [frame, chirps, bins, range, rangeStep, velocity, velocityStep, shift, count] = numbers;
-    let at = 9;
+    const [frame, chirps, bins, range, rangeStep, velocity, velocityStep, shift, share, count] = numbers;
+    let at = 10;
     const take = (length) => numbers.subarray(at, at += length);
     const targets = Array.from({ length: count }, () => {
       const [target] = objects(take(TARGET.length), TARGET);
       const [aliases] = take(1);
       return { ...target, aliases: objects(take(2 * aliases), ["velocity", "odds"]) };
     });
-    return { frame, chirps, bins, range, rangeStep, velocity, velocityStep, shift, targets, decibels: numbers.subarray(at) };
+    return { frame, chirps, bins, range, rangeStep, velocity, velocityStep, shift, share, targets, decibels: numbers.subarray(at) };
+  }
+
+  /** Subtracts nothing (0), what stands still in the last frame (1), or what was subtracted before the file was opened again (2); gives that
+   * frame's rows anew. */
+  background(which) {
+    this.exports.picket_background(which);
+    return this.rows();
   }
 
   /** The samples that the spectrum is of, and what is known of them: for the tones' module. */

@@ -153,7 +153,7 @@ const summed = () => page.values[page.name]?.sum > 1;
 /** Whether the scene is one of bursts. */
 const bursts = () => page.name === "scene" && page.scene.kind === 3;
 
-async function drop(file) {
+async function drop(file, still) {
   if (page.name !== "file") {
     page.file = file;
     return choose("file");
@@ -184,6 +184,7 @@ async function drop(file) {
   $("asked").hidden = !$("asked").textContent;
   $("mixing").closest(".field").hidden = !(iq && page.values.file.carrier_hz);
   measureIn();
+  if (still) page.core.background(2);
   page.source = recording;
 }
 
@@ -439,6 +440,27 @@ function take(rows) {
   if (page.rows.length > KEPT) page.rows.splice(0, page.rows.length - KEPT);
 }
 
+/** Subtracts the background of the frame that is shown, or ends that: of this frame and those to come, or once all were measured, of all. */
+function background() {
+  const shown = page.frames && page.core.map();
+  if (!shown?.decibels.length) return;
+  const still = !Number.isFinite(shown.share);
+  if (still) charts.map.recorded = shown.frame;
+  const rows = page.core.background(still ? 1 : 0);
+  if (!page.source.more) {
+    pause(false);
+    return void drop(page.file, still);
+  }
+  if (page.latest === shown.frame) [charts.first, charts.second].forEach((chart) => chart.back());
+  page.rows = page.rows.filter(({ block }) => block !== shown.frame);
+  page.latest = page.rows.at(-1)?.block ?? -1;
+  page.counts = { blocks: 0, good: 0, gaps: 0, clipped: 0 };
+  page.rows.forEach(count);
+  take(rows);
+  page.shown = 0;
+  draw(performance.now());
+}
+
 /** Has figures and charts in what the source tells: hertz or cycles per sample, and speeds where there is a carrier. */
 function measureIn() {
   ({ known: units.known, speed: units.speed } = page.core.state());
@@ -604,7 +626,7 @@ function listenToPeople() {
   for (const button of document.querySelectorAll("[data-order]")) button.addEventListener("click", () => page.source?.order?.(button.dataset.order));
   for (const form of document.forms) form.addEventListener("submit", (event) => event.preventDefault());
   const presses = {
-    pause: () => pause(), connect, listen, verdict: explain, "why-close": unexplain, png: picture, csv: () => table(page.core, page.rows), json: () => jsonLines(page.core, page.rows),
+    pause: () => pause(), background, connect, listen, verdict: explain, "why-close": unexplain, png: picture, csv: () => table(page.core, page.rows), json: () => jsonLines(page.core, page.rows),
     take: () => {
       page.reference = page.rows.at(-1)?.frequency_hz ?? 0;
       $("reference").textContent = page.reference ? `Reference ${page.reference.toFixed(1)} Hz` : "Listen first.";
@@ -628,6 +650,7 @@ function listenToPeople() {
     if (page.name === "design" && !"12345".includes(event.key)) return;
     if (event.key === " " && !event.target.matches("button")) { event.preventDefault(); pause(); }
     else if (names[event.key - 1]) choose(names[event.key - 1]);
+    else if (event.key === "b") background();
     else if (event.key === "p") picture();
     else if (event.key === "c") table(page.core, page.rows);
     else if (event.key === "j") jsonLines(page.core, page.rows);

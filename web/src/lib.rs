@@ -137,6 +137,13 @@ pub extern "C" fn picket_map() {
     page(Page::map)
 }
 
+/// Subtracts from the frames of a recording nothing (0), what stands still in the last one (1), or what was subtracted before the recording was
+/// opened again (2); leaves the answers of the last one anew.
+#[unsafe(no_mangle)]
+pub extern "C" fn picket_background(which: u32) {
+    page(|page| page.background(which))
+}
+
 /// Leaves the samples of the block that the spectrum is of, two codes each, as bytes, and as numbers what the tones' module is
 /// told of them.
 #[unsafe(no_mangle)]

@@ -3,7 +3,7 @@
 use crate::answer::Answer;
 use crate::board::Board;
 use crate::file::{self, File};
-use crate::frames::Frames;
+use crate::frames::{Background, Frames};
 use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::station::{Picture, Station};
@@ -39,6 +39,7 @@ pub struct Page {
     rest: Vec<[i16; 2]>,
     blocks: u32,
     picture: Picture,
+    background: Background,
 }
 
 impl Page {
@@ -54,6 +55,7 @@ impl Page {
             rest: Vec::new(),
             blocks: 0,
             picture: Picture::default(),
+            background: Background::NONE,
         }
     }
 
@@ -217,6 +219,17 @@ impl Page {
             Source::Board(board) => self.numbers.extend(board.map()),
             _ => {}
         }
+    }
+
+    pub(crate) fn background(&mut self, which: u32) {
+        self.numbers.clear();
+        let Source::Frames(frames) = &mut self.source else { return };
+        match which {
+            0 => self.background = Background::NONE,
+            1 => self.background = frames.still(),
+            _ => {}
+        }
+        frames.subtract(self.background.clone()).iter().for_each(|row| row.put(&mut self.numbers));
     }
 
     pub(crate) fn shown(&mut self) {

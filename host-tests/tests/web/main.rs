@@ -446,12 +446,35 @@ fn frames(said: &Value, folder: &Path) {
         assert!(row[4].as_str().unwrap().ends_with("good") && row[5] == "none", "{row}");
     }
     assert!(word(said, "told").contains("judged as a whole"), "{said}");
+    beside(said, &ours);
     let aliases = said["aliases"]["targets"].as_array().unwrap();
     let open = aliases.iter().filter(|row| row[4].as_str().unwrap().ends_with("ambiguous"));
     assert!(open.clone().count() > 0, "{said}");
     assert!(open.clone().all(|row| row[5].as_str().unwrap().contains(" %)")), "{said}");
     assert!(said["width"].as_f64().unwrap() <= 390.0, "{said}");
     assert_eq!(word(&said["after"], "word"), "good", "{said}");
+}
+
+/// Without the background of a scene in which nothing stands still the same targets are there; another file is measured as it is.
+fn beside(said: &Value, whole: &[Value]) {
+    let beside = &said["beside"];
+    let told = word(beside, "background");
+    assert!(told.starts_with("Less the background of frame 1, "), "{told}");
+    assert!(told.contains("Noise alone would have 1.6 %"), "{told}");
+    let ours: Vec<Value> =
+        word(beside, "json").lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(ours.len(), whole.len(), "{said}");
+    for (beside, whole) in ours.iter().zip(whole) {
+        for (key, sigma) in [("range_m", "sigma_range_m"), ("velocity_mps", "sigma_velocity_mps")] {
+            let [value, before, sigma] =
+                [&beside[key], &whole[key], &whole[sigma]].map(|it| it.as_f64().unwrap());
+            assert!((value - before).abs() < sigma, "{key}: {beside} {whole}");
+        }
+    }
+    assert_ne!(ours, whole, "something was subtracted");
+    for plain in [&said["seen"], &said["whole"], &said["aliases"]] {
+        assert_eq!((word(plain, "background"), &plain["button"]), ("", &true.into()), "{plain}");
+    }
 }
 
 /// A file that does not tell its rate or its codes: as `analyze` measures it, in cycles per sample where no rate is typed.
@@ -605,6 +628,7 @@ fn framed(said: &Value) {
     }
     let seen = &said["seen"];
     assert_eq!(word(seen, "title"), format!("Range and velocity, frame {}", shown - 1), "{said}");
+    assert_eq!(seen["button"], false, "the board keeps its powers: {seen}");
     assert_eq!(seen["spectrum"], false, "{seen}");
     let known = word(said, "known");
     assert!(known.contains("64 chirps after 64 in no frame, searched in 7 ms"), "{known}");
@@ -786,8 +810,8 @@ fn the_page_is_small() {
     let modules = MODULES.map(|(name, _)| size(name));
     let page = FILES.iter().map(|(name, _)| size(name)).chain(modules).sum::<u64>();
     println!("picket.wasm and tones.wasm {modules:?} bytes, the page in all {page}");
-    assert!(modules.iter().all(|&module| module <= 770_000), "{modules:?} bytes");
-    assert!(page <= 1_360_000, "{page} bytes");
+    assert!(modules.iter().all(|&module| module <= 774_000), "{modules:?} bytes");
+    assert!(page <= 1_370_000, "{page} bytes");
 }
 
 /// What it measures of random blocks, and the samples of a scene that has of all. Seed 0x2545_F491_4F6C_DD1D, as `check` has it.
