@@ -477,6 +477,35 @@ async function bare() {
   await context.close();
 }
 
+/** The displacement of a target before a Doppler radar, which is followed once that is wanted. */
+async function displaced() {
+  const { page, errors, context } = await open(browser);
+  await page.keyboard.press("2");
+  await page.check("#iq");
+  await measuredAfter(page, () => drop(page, "swing-iq.i16"));
+  const shown = () => page.evaluate(() => ["#displacement", "#way-figure"].map((name) => document.querySelector(name).checkVisibility()));
+  const offered = [await shown()];
+  for (const [name, value] of [["file_rate_hz", 48000], ["carrier_hz", 24]]) await measuredAfter(page, () => slide(page, name, value));
+  offered.push(await shown());
+  await measuredAfter(page, () => page.check("#displacement"));
+  offered.push(await shown());
+  const [title, swings, chart] = await page.evaluate(() => [
+    document.querySelector("#way-title").textContent, [...document.querySelector("#swings").tBodies[0].rows].map((row) => [...row.cells].map((cell) => cell.textContent)),
+    document.querySelector("#way canvas").ariaLabel,
+  ]);
+  const csv = (await saved(page, "csv")).toString();
+  const json = (await saved(page, "json")).toString();
+  const found = await hindrances(page, "a displacement");
+  await page.setViewportSize({ width: 390, height: 844 });
+  await drawn(page);
+  const width = await page.evaluate(() => document.documentElement.scrollWidth);
+  // A sum has no phase.
+  await measuredAfter(page, () => page.selectOption("#sum", "10"));
+  offered.push(await shown());
+  tell("displaced", { errors, file: "swing-iq.i16", offered, title, swings, chart, csv, json, found, width, ...await answer(page) });
+  await context.close();
+}
+
 /** The map of a frame and the table of its targets. */
 const map = (page) => page.evaluate(() => ({
   file: document.querySelector("#file-name").textContent, map: document.querySelector("#map canvas").ariaLabel, key: document.querySelector("#map-key").textContent,
@@ -632,6 +661,6 @@ async function microphone() {
 // Frames are timed while nothing else runs; the others share the time that they wait.
 await scenes();
 await Promise.all([hands(), files(), hasty(), several(), board("session.bin"), board("stranger.bin"), framed("frames.bin"), framed("frames-none.bin"), microphone()]);
-await Promise.all([access(), explained(), strange(), choices(), bare(), frames()]);
+await Promise.all([access(), explained(), strange(), choices(), bare(), displaced(), frames()]);
 await Promise.all([bursts(), design(), sums(), lengths()]);
 await browser.close();

@@ -21,6 +21,8 @@ const TONE = ["hertz", "sigma", "amplitude", "phase", "sigma_phase", "snr_db", "
 
 const TARGET = ["range_m", "sigma_range_m", "velocity_mps", "sigma_velocity_mps", "covariance", "map_m", "map_mps", "snr_db", "verdict"];
 
+const SWING = ["amplitude_m", "sigma_m", "hertz", "sigma", "velocity_mps", "sigma_mps", "verdict"];
+
 // A checksum in hexadecimal digits.
 const digits = (sum) => BigInt.asUintN(64, sum).toString(16).padStart(16, "0");
 
@@ -186,10 +188,16 @@ export class Core {
     return objects(this.numbers(), TRACK);
   }
 
+  /** What swings in the displacement. */
+  swings() {
+    this.exports.picket_swings();
+    return objects(this.numbers(), SWING);
+  }
+
   state() {
     this.exports.picket_state();
-    const [n, iq, rate, kind, full, known, speed, row, frames, records = 0, missing = 0, bad = 0, raw = 0, heard = 0] = this.numbers();
-    return { n, iq: iq !== 0, rate, kind, full, known: known !== 0, speed, row, frames: frames !== 0, records, missing, bad, raw, heard };
+    const [n, iq, rate, kind, full, known, speed, row, frames, follows, records = 0, missing = 0, bad = 0, raw = 0, heard = 0] = this.numbers();
+    return { n, iq: iq !== 0, rate, kind, full, known: known !== 0, speed, row, frames: frames !== 0, follows: follows !== 0, records, missing, bad, raw, heard };
   }
 
   checksum(fixed, blocks) {

@@ -13,6 +13,8 @@ pub mod frames;
 pub mod heard;
 #[path = "../../host/measure/src/length.rs"]
 pub mod length;
+#[path = "../../host/measure/src/analyze/moved.rs"]
+pub mod moved;
 pub mod page;
 #[path = "../../host/measure/src/analyze/radar.rs"]
 pub mod radar;
@@ -169,8 +171,15 @@ pub extern "C" fn picket_tracks() {
     page(Page::tracks)
 }
 
+/// Leaves what swings in the displacement: of each swing amplitude, sigma, frequency, sigma, amplitude of the velocity, sigma, and the verdict's
+/// number.
+#[unsafe(no_mangle)]
+pub extern "C" fn picket_swings() {
+    page(Page::swings)
+}
+
 /// Leaves the settings in use: N, I/Q, rate, kind, full scale, whether the rate is known, metres per second of a hertz or 0, samples of a
-/// record of its own or 0, whether targets of frames are measured; records, missing, damaged frames, raw blocks of a board.
+/// record of its own or 0, whether targets of frames are measured, whether the displacement is followed; records, missing, damaged frames, raw blocks of a board.
 #[unsafe(no_mangle)]
 pub extern "C" fn picket_state() {
     page(Page::state)
