@@ -187,8 +187,13 @@ impl<'a> Frame<'a> {
     /// The map as a picture shows it: the power of a bin at each turn from chirp to chirp, from -M/2 to M/2 - 1 of M, in squared codes.
     /// Zeros for a bin that is not kept; [`FramePlan::cell`] has their ranges and velocities. Costs a transform of M points.
     pub fn powers(&self, bin: i32, powers: &mut [f32]) {
+        self.powers_beside(&[], bin, powers);
+    }
+
+    /// [`Frame::powers`] less the background that [`Frame::background`] recorded of one frame.
+    pub fn powers_beside(&self, background: &[Complex<f32>], bin: i32, powers: &mut [f32]) {
         let chirps = self.plan.chirps;
-        let map = Map { plan: &self.plan, store: &self.store, background: &[], echoes: Vec::new() };
+        let map = Map { plan: &self.plan, store: &self.store, background, echoes: Vec::new() };
         let mut column = EMPTY;
         map.column(bin, 0.0, &mut column);
         let mut points = [Complex::new(0.0, 0.0); transform::MOST];
@@ -221,5 +226,70 @@ impl<'a> Frame<'a> {
             power += still.norm_sqr() * chirps as f32;
         }
         if all > 0.0 { power / all } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Chirp, Codes, Config, Iq, Mixing, Pipeline, Shape};
+    use std::f64::consts::TAU;
+
+    const N: usize = 64;
+    const M: usize = 16;
+
+    /// Without its own background a map has nothing at rest, and elsewhere what it had.
+    #[test]
+    fn powers_beside_a_background_have_no_clutter() {
+        let chirp = Chirp {
+            shape: Shape::Sawtooth,
+            mixing: Mixing::TxConjRx,
+            wavelength_m: 0.004,
+            bandwidth_hz: 300e6,
+            duration_s: 65e-6,
+            guard_s: 1e-6,
+            ..Chirp::default()
+        };
+        let plan = FrameConfig::new(chirp, 1e6, N, true, M, 80e-6).plan().unwrap();
+        let mut cells = std::vec![[0i32; 2]; plan.cells()];
+        let mut frame = Frame::new(plan, Cells::Wide(&mut cells)).unwrap();
+        let config = Config::new(1e6, Codes::signed::<12>());
+        let mut pipeline = Pipeline::<Iq, N>::new(config.plan().unwrap());
+        for chirp in 0..M {
+            // Clutter in bin 9, and in bin 20 a target that turns by 3/16 from chirp to chirp.
+            let samples: [[i16; 2]; N] = std::array::from_fn(|n| {
+                let [still, moving] = [(9.0, 0.0), (20.0, 3.0)].map(|(beat, turns)| {
+                    TAU * (beat * n as f64 / N as f64 + turns * chirp as f64 / M as f64)
+                });
+                let of = |wave: fn(f64) -> f64| 900.0 * wave(still) + 300.0 * wave(moving);
+                [of(f64::cos) as i16, of(f64::sin) as i16]
+            });
+            let clipped = pipeline.look(&samples);
+            frame.push(&pipeline.spectrum().view(), clipped);
+        }
+        let mut still = std::vec![Complex::new(0.0, 0.0); plan.bins()];
+        let share = frame.background(&mut still);
+        assert!((share - 0.9).abs() < 0.01, "{share}");
+        let column = |background: &[Complex<f32>], bin: i32| {
+            let mut column = [0.0; M];
+            frame.powers_beside(background, bin, &mut column);
+            column
+        };
+        for bin in [9, 20, 30] {
+            let mut whole = [0.0; M];
+            frame.powers(bin, &mut whole);
+            assert_eq!(whole, column(&[], bin));
+            let beside = column(&still, bin);
+            let most = 900.0 * (N * M) as f32;
+            for (row, (whole, beside)) in whole.into_iter().zip(beside).enumerate() {
+                let wanted = if row == M / 2 { 0.0 } else { whole };
+                assert!((beside - wanted).abs() < 1e-8 * most * most, "{bin} {row}: {beside}");
+            }
+            if bin < 30 {
+                let row = if bin == 9 { M / 2 } else { M / 2 + 3 };
+                let level = (if bin == 9 { 900.0 } else { 300.0 }) * (N * M) as f32;
+                assert!((whole[row].sqrt() / level - 1.0).abs() < 0.01, "{bin}: {}", whole[row]);
+            }
+        }
     }
 }

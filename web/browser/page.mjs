@@ -92,6 +92,8 @@ async function hindrances(page, place) {
   for (const colorScheme of ["light", "dark"]) {
     await page.emulateMedia({ colorScheme });
     await drawn(page);
+    // Colours that still change are none of the page's.
+    await page.evaluate(() => Promise.allSettled(document.getAnimations().map(({ finished }) => finished)));
     const { violations, passes } = await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
     const rows = violations.map(({ id, nodes }) => [id, nodes.map(({ target, failureSummary }) => `${target}: ${failureSummary}`)]);
     found.push({ place, colorScheme, rules: passes.length, violations: rows });
@@ -475,10 +477,40 @@ async function bare() {
   await context.close();
 }
 
+/** The displacement of a target before a Doppler radar, which is followed once that is wanted. */
+async function displaced() {
+  const { page, errors, context } = await open(browser);
+  await page.keyboard.press("2");
+  await page.check("#iq");
+  await measuredAfter(page, () => drop(page, "swing-iq.i16"));
+  const shown = () => page.evaluate(() => ["#displacement", "#way-figure"].map((name) => document.querySelector(name).checkVisibility()));
+  const offered = [await shown()];
+  for (const [name, value] of [["file_rate_hz", 48000], ["carrier_hz", 24]]) await measuredAfter(page, () => slide(page, name, value));
+  offered.push(await shown());
+  await measuredAfter(page, () => page.check("#displacement"));
+  offered.push(await shown());
+  const [title, swings, chart] = await page.evaluate(() => [
+    document.querySelector("#way-title").textContent, [...document.querySelector("#swings").tBodies[0].rows].map((row) => [...row.cells].map((cell) => cell.textContent)),
+    document.querySelector("#way canvas").ariaLabel,
+  ]);
+  const csv = (await saved(page, "csv")).toString();
+  const json = (await saved(page, "json")).toString();
+  const found = await hindrances(page, "a displacement");
+  await page.setViewportSize({ width: 390, height: 844 });
+  await drawn(page);
+  const width = await page.evaluate(() => document.documentElement.scrollWidth);
+  // A sum has no phase.
+  await measuredAfter(page, () => page.selectOption("#sum", "10"));
+  offered.push(await shown());
+  tell("displaced", { errors, file: "swing-iq.i16", offered, title, swings, chart, csv, json, found, width, ...await answer(page) });
+  await context.close();
+}
+
 /** The map of a frame and the table of its targets. */
 const map = (page) => page.evaluate(() => ({
   file: document.querySelector("#file-name").textContent, map: document.querySelector("#map canvas").ariaLabel, key: document.querySelector("#map-key").textContent,
   title: document.querySelector("#map-title").textContent,
+  button: document.querySelector("#background").checkVisibility(), background: document.querySelector("#background-said").textContent,
   spectrum: document.querySelector("#spectrum-figure").checkVisibility(), labels: [...document.querySelectorAll("#map .label")].map((label) => label.textContent),
   targets: [...document.querySelector("#targets").tBodies[0].rows].map((row) => [...row.cells].map((cell) => cell.textContent)),
 }));
@@ -500,6 +532,12 @@ async function frames() {
   const json = (await saved(page, "json")).toString();
   await page.click("#verdict");
   const { notice } = await until(page, (said) => said.notice);
+  // By its key and by its button.
+  await measuredAfter(page, () => page.keyboard.press("b"));
+  const beside = { ...await map(page), json: (await saved(page, "json")).toString() };
+  await measuredAfter(page, () => page.click("#background"));
+  const whole = await map(page);
+  await measuredAfter(page, () => page.click("#background"));
   // Without bounds a velocity has aliases.
   for (const name of ["velocity_low_mps", "velocity_high_mps"]) await slide(page, name, "");
   await measured(page);
@@ -512,7 +550,7 @@ async function frames() {
   // Another source takes its place.
   await page.keyboard.press("1");
   const after = await until(page, ({ word }) => word === "good");
-  tell("frames", { errors, asked, before, seen, found, json, told: notice, aliases: open_, width, after });
+  tell("frames", { errors, asked, before, seen, found, json, told: notice, beside, whole, aliases: open_, width, after });
   await context.close();
 }
 
@@ -623,6 +661,6 @@ async function microphone() {
 // Frames are timed while nothing else runs; the others share the time that they wait.
 await scenes();
 await Promise.all([hands(), files(), hasty(), several(), board("session.bin"), board("stranger.bin"), framed("frames.bin"), framed("frames-none.bin"), microphone()]);
-await Promise.all([access(), explained(), strange(), choices(), bare(), frames()]);
+await Promise.all([access(), explained(), strange(), choices(), bare(), displaced(), frames()]);
 await Promise.all([bursts(), design(), sums(), lengths()]);
 await browser.close();

@@ -43,6 +43,12 @@ function label(chart) {
 
 const plain = (value, step) => signed(value.toFixed(places(step)));
 
+/** A length in the unit that suits the axis. */
+export function length(value, step, most) {
+  const [scale, unit] = most < 1e-3 ? [1e6, "\u00b5m"] : most < 1 ? [1e3, "mm"] : [1, "m"];
+  return `${plain(value * scale, step * scale)} ${unit}`;
+}
+
 function axes(words, left) {
   const grid = { stroke: colour("rule"), width: 1 };
   const silent = { values: (_, splits) => splits.map(() => ""), grid, ticks: { show: false } };
@@ -242,11 +248,11 @@ export class DesignChart extends Chart {
 
 /** A quantity over time with its sigma as a band, and the truth where it is known. */
 export class TimeChart extends Chart {
-  constructor(box) {
+  constructor(box, words = plain) {
     const view = { low: 0, high: 1 };
     super(box, "The answer over time, with sigma", () => ({
       scales: { x: { time: false }, y: { range: () => [view.low, view.high] } },
-      axes: axes([(value, step) => `${plain(value, step)}${units.known ? " s" : ""}`, plain], 74),
+      axes: axes([(value, step) => `${plain(value, step)}${units.known ? " s" : ""}`, words], 74),
       series: [
         {},
         { stroke: "transparent", points: { show: false } },
@@ -273,6 +279,11 @@ export class TimeChart extends Chart {
       this.points[index].push(Number.isNaN(number) ? null : number);
       if (this.points[index].length > most) this.points[index].splice(0, this.points[index].length - most);
     });
+  }
+
+  /** Takes the newest point back. */
+  back() {
+    this.points.forEach((column) => column.pop());
   }
 
   show() {

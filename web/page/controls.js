@@ -144,6 +144,8 @@ export function instrumentForm(form, source, values, changed) {
   const { number, select } = inputs(values, changed);
   const tick = make("input", { type: "checkbox", id: "iq", checked: Boolean(values.iq) });
   tick.addEventListener("change", () => changed("iq", Number(tick.checked)));
+  const way = make("input", { type: "checkbox", id: "displacement", checked: Boolean(values.displacement) });
+  way.addEventListener("change", () => changed("displacement", Number(way.checked)));
   const parts = [
     field("n", "Block", select("n", LENGTHS.map((n) => [String(n), `${n} samples`]))),
     source === "microphone" || source === "file" ? "" : field("bits", "Codes", select("bits", CODES)),
@@ -153,6 +155,7 @@ export function instrumentForm(form, source, values, changed) {
     field("band_low_hz", `Band, ${units.known ? "Hz" : "cycles"}`, make("div", { className: "pair" }, number("band_low_hz", { placeholder: "from", min: "" }), "\u2013",
       number("band_high_hz", { placeholder: "to", min: "", ariaLabel: "Band, upper end" }))),
     field("sum", "Answer of", select("sum", SUMS)),
+    source === "scene" || source === "file" ? field("displacement", "Displacement", way) : "",
     field("tones-most", "Tones", select("tones", TONES, "tones-most")),
     source === "file" ? field("channel", "Channel", make("div", { className: "pair" }, number("channel", { min: 1, step: 1, placeholder: "only" }), "Q",
       number("channel_q", { min: 1, step: 1, placeholder: "none", ariaLabel: "Channel of Q" }))) : "",

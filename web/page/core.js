@@ -21,6 +21,8 @@ const TONE = ["hertz", "sigma", "amplitude", "phase", "sigma_phase", "snr_db", "
 
 const TARGET = ["range_m", "sigma_range_m", "velocity_mps", "sigma_velocity_mps", "covariance", "map_m", "map_mps", "snr_db", "verdict"];
 
+const SWING = ["amplitude_m", "sigma_m", "hertz", "sigma", "velocity_mps", "sigma_mps", "verdict"];
+
 // A checksum in hexadecimal digits.
 const digits = (sum) => BigInt.asUintN(64, sum).toString(16).padStart(16, "0");
 
@@ -143,15 +145,22 @@ export class Core {
     this.exports.picket_map();
     const numbers = this.numbers();
     if (!numbers.length) return null;
-    const [frame, chirps, bins, range, rangeStep, velocity, velocityStep, shift, count] = numbers;
-    let at = 9;
+    const [frame, chirps, bins, range, rangeStep, velocity, velocityStep, shift, share, count] = numbers;
+    let at = 10;
     const take = (length) => numbers.subarray(at, at += length);
     const targets = Array.from({ length: count }, () => {
       const [target] = objects(take(TARGET.length), TARGET);
       const [aliases] = take(1);
       return { ...target, aliases: objects(take(2 * aliases), ["velocity", "odds"]) };
     });
-    return { frame, chirps, bins, range, rangeStep, velocity, velocityStep, shift, targets, decibels: numbers.subarray(at) };
+    return { frame, chirps, bins, range, rangeStep, velocity, velocityStep, shift, share, targets, decibels: numbers.subarray(at) };
+  }
+
+  /** Subtracts nothing (0), what stands still in the last frame (1), or what was subtracted before the file was opened again (2); gives that
+   * frame's rows anew. */
+  background(which) {
+    this.exports.picket_background(which);
+    return this.rows();
   }
 
   /** The samples that the spectrum is of, and what is known of them: for the tones' module. */
@@ -179,10 +188,16 @@ export class Core {
     return objects(this.numbers(), TRACK);
   }
 
+  /** What swings in the displacement. */
+  swings() {
+    this.exports.picket_swings();
+    return objects(this.numbers(), SWING);
+  }
+
   state() {
     this.exports.picket_state();
-    const [n, iq, rate, kind, full, known, speed, row, frames, records = 0, missing = 0, bad = 0, raw = 0, heard = 0] = this.numbers();
-    return { n, iq: iq !== 0, rate, kind, full, known: known !== 0, speed, row, frames: frames !== 0, records, missing, bad, raw, heard };
+    const [n, iq, rate, kind, full, known, speed, row, frames, follows, records = 0, missing = 0, bad = 0, raw = 0, heard = 0] = this.numbers();
+    return { n, iq: iq !== 0, rate, kind, full, known: known !== 0, speed, row, frames: frames !== 0, follows: follows !== 0, records, missing, bad, raw, heard };
   }
 
   checksum(fixed, blocks) {

@@ -1,9 +1,9 @@
 // The page: a source gives rows, the newest is shown, and charts follow.
 import { load } from "./core.js";
-import { SpectrumChart, TimeChart, ZoomChart } from "./charts.js";
+import { SpectrumChart, TimeChart, ZoomChart, length } from "./charts.js";
 import { FrameMap } from "./map.js";
 import { Waterfall } from "./waterfall.js";
-import { SCENES, askForm, instrumentForm, sceneForm } from "./controls.js";
+import { SCENES, askForm, instrumentForm, make, sceneForm } from "./controls.js";
 import { Board, Microphone, Particles, Recording, Simulated } from "./sources.js";
 import { jsonLines, picture, table } from "./save.js";
 import { Design } from "./design.js";
@@ -19,8 +19,8 @@ const page = {
   core: null, source: null, turn: 0, name: "scene", paused: false, scene: SCENES[0], rows: [], kind: 2,
   counts: {}, spoken: 0, spokenWord: "", pictured: null, poured: 0, reference: 0, last: 0, shown: 0, times: [], drawn: -1,
   values: {
-    scene: { n: 1024, bits: 12, iq: 1, mixing: 0, sum: 1, tones: 1, band_low_hz: 0, band_high_hz: 0 },
-    file: { n: 1024, bits: 16, iq: 0, sum: 1, tones: 1, band_low_hz: 0, band_high_hz: 0, file_rate_hz: 0, carrier_hz: 0, mixing: -1, file_bandwidth_hz: 0, chirp_s: 0, period_s: 0, guard_s: 0, chirps: 0, velocity_low_mps: 0, velocity_high_mps: 0, format: 0, scale: 0, channel: 0, channel_q: 0 },
+    scene: { n: 1024, bits: 12, iq: 1, mixing: 0, sum: 1, displacement: 0, tones: 1, band_low_hz: 0, band_high_hz: 0 },
+    file: { n: 1024, bits: 16, iq: 0, sum: 1, displacement: 0, tones: 1, band_low_hz: 0, band_high_hz: 0, file_rate_hz: 0, carrier_hz: 0, mixing: -1, file_bandwidth_hz: 0, chirp_s: 0, period_s: 0, guard_s: 0, chirps: 0, velocity_low_mps: 0, velocity_high_mps: 0, format: 0, scale: 0, channel: 0, channel_q: 0 },
     microphone: { n: 4096, bits: 16, iq: 0, sum: 1, tones: 1, band_low_hz: 40, band_high_hz: 6000 },
     board: { n: 1024, bits: -12, iq: 0, band_low_hz: 0, band_high_hz: 0 },
   },
@@ -52,6 +52,8 @@ function forget() {
   inFrames(false);
   charts.first.clear();
   charts.second.clear();
+  charts.way.clear();
+  listSwings([]);
   for (const chart of [charts.spectrum, charts.zoom]) chart.empty("No samples yet.");
   $("figures").replaceChildren();
   $("truth").hidden = true;
@@ -71,7 +73,7 @@ function inFrames(frames) {
 
 /** Has the library measure by the settings of the source in use, from the start. */
 function restart() {
-  setAll({ ...page.values[page.name], kind: 0, carrier_hz: 0, file_bandwidth_hz: 0, chirp_s: 0, format: 0, scale: 0, file_rate_hz: 0 });
+  setAll({ displacement: 0, ...page.values[page.name], kind: 0, carrier_hz: 0, file_bandwidth_hz: 0, chirp_s: 0, format: 0, scale: 0, file_rate_hz: 0 });
   if (page.name === "scene") setAll({ ...page.scene.settings, iq: page.values.scene.iq, mixing: page.values.scene.mixing, kind: bursts() ? 0 : page.scene.kind });
   // A short ramp is no steeper than one of 1024 samples: the beats of far targets would lie beyond half the rate.
   if (page.name === "scene") page.core.set("bandwidth_hz", page.scene.settings.bandwidth_hz * Math.min(1, page.values.scene.n / 1024));
@@ -153,7 +155,7 @@ const summed = () => page.values[page.name]?.sum > 1;
 /** Whether the scene is one of bursts. */
 const bursts = () => page.name === "scene" && page.scene.kind === 3;
 
-async function drop(file) {
+async function drop(file, still) {
   if (page.name !== "file") {
     page.file = file;
     return choose("file");
@@ -184,6 +186,7 @@ async function drop(file) {
   $("asked").hidden = !$("asked").textContent;
   $("mixing").closest(".field").hidden = !(iq && page.values.file.carrier_hz);
   measureIn();
+  if (still) page.core.background(2);
   page.source = recording;
 }
 
@@ -280,6 +283,18 @@ function listTones(tones) {
   $("tones").tBodies[0].replaceChildren(...tones.map((tone) => toneRow(tone, full, page.core.verdicts)));
 }
 
+/** What swings in the displacement as a table, the strongest first. */
+function listSwings(swings) {
+  $("swings").parentElement.hidden = !swings.length;
+  $("swings").tBodies[0].replaceChildren(...swings.map((swing) => {
+    const verdict = page.core.verdicts[swing.verdict];
+    const both = (value, sigma, scale = 1) => figure(scale * value, scale * sigma).join(" \u00b1 ");
+    return make("tr", { title: verdict.reason },
+      make("td", {}, both(swing.hertz, swing.sigma)), make("td", {}, both(swing.amplitude_m, swing.sigma_m, 1e6)), make("td", {}, both(swing.velocity_mps, swing.sigma_mps, 1e6)),
+      make("td", { className: `said ${rank(verdict)}` }, `${SIGNS[verdict.name]} ${verdict.name}`));
+  }));
+}
+
 /** The verdict's word, sign, colour and reason. */
 function verdict(number) {
   const said = page.core.verdicts[number];
@@ -319,6 +334,7 @@ function describe() {
     charts.zoom.describe(seen ? `Bins around the tone at ${at(spectrum.hertz)}, and the tone that was fitted to them` : "There is no line");
   }
   charts.first.describe(`${$("first-title").textContent}, over time, with sigma`);
+  if (page.follows) charts.way.describe(`${$("way-title").textContent}, over time, with sigma`);
   charts.second.describe(`${$("second-title").textContent}, over time, with sigma`);
 }
 
@@ -434,14 +450,43 @@ function take(rows) {
     } else if (row.segment === 0) {
       point(charts.first, row.frequency_hz, row.sigma_hz, row.truth_hz, row.verdict);
     }
+    // A new start comes with a block whose turns are not sure, which breaks the line.
+    const sure = ["yes", "within sigma"].includes(page.core.verdicts[row.displacement_verdict]?.usable);
+    if (page.follows) charts.way.add(row.time_s, sure ? row.displacement_m : NaN, row.sigma_displacement_m, NaN, HISTORY);
   }
   page.rows.push(...rows);
   if (page.rows.length > KEPT) page.rows.splice(0, page.rows.length - KEPT);
 }
 
+/** Subtracts the background of the frame that is shown, or ends that: of this frame and those to come, or once all were measured, of all. */
+function background() {
+  const shown = page.frames && page.core.map();
+  if (!shown?.decibels.length) return;
+  const still = !Number.isFinite(shown.share);
+  if (still) charts.map.recorded = shown.frame;
+  const rows = page.core.background(still ? 1 : 0);
+  if (!page.source.more) {
+    pause(false);
+    return void drop(page.file, still);
+  }
+  if (page.latest === shown.frame) [charts.first, charts.second].forEach((chart) => chart.back());
+  page.rows = page.rows.filter(({ block }) => block !== shown.frame);
+  page.latest = page.rows.at(-1)?.block ?? -1;
+  page.counts = { blocks: 0, good: 0, gaps: 0, clipped: 0 };
+  page.rows.forEach(count);
+  take(rows);
+  page.shown = 0;
+  draw(performance.now());
+}
+
 /** Has figures and charts in what the source tells: hertz or cycles per sample, and speeds where there is a carrier. */
 function measureIn() {
-  ({ known: units.known, speed: units.speed } = page.core.state());
+  const { known, speed, iq, row, follows } = page.core.state();
+  [units.known, units.speed, page.follows] = [known, speed, follows];
+  if ($("displacement")) $("displacement").closest(".field").hidden = !speed || row > 0 || summed();
+  $("way-figure").hidden = !follows;
+  // Real samples of a continuous wave do not show the direction.
+  $("way-title").textContent = `Displacement${iq ? "" : ", of unknown sign"}`;
   titles();
 }
 
@@ -517,12 +562,14 @@ function draw(now) {
   titles();
   charts.first.show();
   if (page.target) charts.second.show();
+  if (page.follows) charts.way.show();
   // Digits that change faster than five times a second cannot be read.
   if (now - page.shown > 200) {
     page.shown = now;
     show(row);
     speak(now);
     listTones(tones);
+    if (page.follows) listSwings(page.core.swings());
     counters();
     known();
     frameTime();
@@ -604,7 +651,7 @@ function listenToPeople() {
   for (const button of document.querySelectorAll("[data-order]")) button.addEventListener("click", () => page.source?.order?.(button.dataset.order));
   for (const form of document.forms) form.addEventListener("submit", (event) => event.preventDefault());
   const presses = {
-    pause: () => pause(), connect, listen, verdict: explain, "why-close": unexplain, png: picture, csv: () => table(page.core, page.rows), json: () => jsonLines(page.core, page.rows),
+    pause: () => pause(), background, connect, listen, verdict: explain, "why-close": unexplain, png: picture, csv: () => table(page.core, page.rows), json: () => jsonLines(page.core, page.rows),
     take: () => {
       page.reference = page.rows.at(-1)?.frequency_hz ?? 0;
       $("reference").textContent = page.reference ? `Reference ${page.reference.toFixed(1)} Hz` : "Listen first.";
@@ -628,6 +675,7 @@ function listenToPeople() {
     if (page.name === "design" && !"12345".includes(event.key)) return;
     if (event.key === " " && !event.target.matches("button")) { event.preventDefault(); pause(); }
     else if (names[event.key - 1]) choose(names[event.key - 1]);
+    else if (event.key === "b") background();
     else if (event.key === "p") picture();
     else if (event.key === "c") table(page.core, page.rows);
     else if (event.key === "j") jsonLines(page.core, page.rows);
@@ -641,6 +689,7 @@ try {
   charts.waterfall = new Waterfall($("waterfall"));
   charts.first = new TimeChart($("first"));
   charts.second = new TimeChart($("second"));
+  charts.way = new TimeChart($("way"), length);
   charts.map = new FrameMap();
   listenToPeople();
   choose("scene");

@@ -23,7 +23,7 @@ function ellipse({ sigma_range_m, sigma_velocity_mps, covariance }, across, up) 
 export class FrameMap {
   constructor() {
     const $ = (id) => document.getElementById(id);
-    [this.box, this.title, this.key, this.table] = ["map", "map-title", "map-key", "targets"].map($);
+    [this.box, this.title, this.key, this.table, this.button, this.said] = ["map", "map-title", "map-key", "targets", "background", "background-said"].map($);
     this.canvas = this.box.querySelector("canvas");
     new ResizeObserver(() => this.map && this.draw()).observe(this.box);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.map && this.draw());
@@ -31,6 +31,8 @@ export class FrameMap {
 
   clear() {
     this.map = null;
+    this.button.hidden = true;
+    this.said.textContent = "";
     this.box.querySelectorAll(".label").forEach((label) => label.remove());
     this.canvas.getContext("2d").clearRect(0, 0, this.canvas.width, this.canvas.height);
     this.table.tBodies[0].replaceChildren();
@@ -39,6 +41,7 @@ export class FrameMap {
   show(map, verdicts) {
     [this.map, this.verdicts] = [map, verdicts];
     this.draw();
+    this.say();
     this.list();
   }
 
@@ -113,6 +116,18 @@ export class FrameMap {
     const count = `${targets.length} target${targets.length === 1 ? "" : "s"}`;
     this.key.textContent = factor > 1 ? `\u00b1 sigma, drawn ${factor.toLocaleString("en-GB")} times as large` : "\u00b1 sigma";
     this.canvas.setAttribute("aria-label", `Map of velocity over range, ${count}, which are listed below`);
+  }
+
+  /** What is subtracted. A mean over chirps of noise alone has a share of one by their number: of twice that, half is noise. */
+  say() {
+    const { share, chirps, decibels } = this.map;
+    const on = Number.isFinite(share);
+    const percent = (part) => `${(100 * part).toFixed(1)} %`;
+    const little = share < 2 / chirps ? ` Noise alone would have ${percent(1 / chirps)}: there is little to subtract.` : "";
+    const words = on ? `Less the background of frame ${this.recorded}, ${percent(share)} of its power.${little}` : "";
+    if (this.said.textContent !== words) this.said.textContent = words;
+    this.button.hidden = !decibels.length;
+    this.button.setAttribute("aria-pressed", on);
   }
 
   list() {

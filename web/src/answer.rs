@@ -91,6 +91,14 @@ answer! {
     uncertainty_range_m,
     /// The velocity's.
     uncertainty_velocity_mps,
+    /// The displacement since a start, where it is followed.
+    displacement_m,
+    /// One standard deviation of it.
+    sigma_displacement_m,
+    /// The start's number.
+    displacement_start,
+    /// The displacement's verdict.
+    displacement_verdict,
 }
 
 impl Answer {

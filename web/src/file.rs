@@ -41,7 +41,9 @@ impl File {
         let fits = row.and_then(|row| LENGTHS.into_iter().rfind(|&n| n <= row));
         let hop = row.filter(|_| fits.is_some());
         settings.n = fits.map_or(settings.n, |fits| settings.n.min(fits));
-        let station = Station::new(settings)?;
+        // Between records of their own is a pause of unknown length.
+        let displacement = settings.displacement && knows_rate && row.is_none();
+        let station = Station::new(&Settings { displacement, ..*settings })?;
         let blocks = recording.blocks(settings.n, hop.unwrap_or(settings.n), 0);
         let (number, tally) = (0, Tally::default());
         let row = row.unwrap_or(0);
@@ -72,6 +74,7 @@ impl File {
             let gap = self.blocks.gap();
             let stamp = Stamp { sequence: self.number, clock: start, gap, ..Stamp::default() };
             self.number = self.number.wrapping_add(1);
+            self.station.follow(&stamp, unfit.is_none().then_some(record.as_slice()));
             if let Some(measurement) = self.station.block(stamp, &record) {
                 return Ok(Some(self.station.answer(&measurement)));
             }

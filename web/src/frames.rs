@@ -9,10 +9,33 @@ use crate::unfit::{Tally, Unfit};
 use picket_dsp::Shape;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::Stamp;
-use picket_dsp::frame::{Cells, Frame, FramePlan, FrameTarget};
+use picket_dsp::frame::{Cells, Filled, Frame, FramePlan, FrameTarget};
+use picket_dsp::num_complex::Complex;
 use picket_dsp::pipeline::{Measurement, Outcome};
 use picket_recording::{Blocks, Recording, Sample};
 use picket_wire::view;
+
+/// The last frame: what its cells hold, its number, and that of its first chirp.
+#[derive(Clone, Copy)]
+struct Last {
+    filled: Filled,
+    number: u64,
+    first: u64,
+}
+
+/// What is subtracted from frames.
+#[derive(Clone, Debug)]
+pub struct Background {
+    /// A number for each bin.
+    still: Vec<Complex<f32>>,
+    /// Its share of the power of the frame that it was recorded of.
+    share: f64,
+}
+
+impl Background {
+    /// Nothing.
+    pub const NONE: Self = Self { still: Vec::new(), share: f64::NAN };
+}
 
 /// A recording of frames, and what measures them.
 pub struct Frames {
@@ -22,6 +45,10 @@ pub struct Frames {
     layout: Layout,
     codes: Codes,
     cells: Vec<[i32; 2]>,
+    /// The cells of the last frame.
+    shown: Vec<[i32; 2]>,
+    last: Option<Last>,
+    background: Background,
     /// What was assumed, in a line.
     pub assumed: String,
     /// Chirps that were read.
@@ -92,6 +119,9 @@ impl Frames {
             layout,
             codes: settings.codes,
             cells: vec![[0; 2]; plan.cells()],
+            shown: vec![[0; 2]; plan.cells()],
+            last: None,
+            background: Background::NONE,
             assumed: on_the_page(&assumed),
             chirps: 0,
             tally: Tally::default(),
@@ -145,22 +175,51 @@ impl Frames {
             if missing || unfit.is_some() {
                 continue;
             }
-            let first = self.chirps - chirps;
-            let targets = frame.targets();
-            self.map = map(&frame, number, &targets);
-            let time_s = (first as f64 + 0.5 * chirps as f64) * self.layout.period_s;
-            let answer = |found: &FrameTarget| {
-                let stamp = Stamp { sequence: number as u32, clock: first, ..Stamp::default() };
-                let (tone, result) = (found.line.tone, Outcome::Target(found.target));
-                let measurement = Measurement { stamp, clipped: 0, tone, result };
-                Answer { time_s, ..self.station.answer(&measurement) }
-            };
-            return Ok(Some(targets.iter().map(answer).collect()));
+            let (filled, first) = (frame.so_far(), self.chirps - chirps);
+            self.last = Some(Last { filled, number, first });
+            std::mem::swap(&mut self.cells, &mut self.shown);
+            return Ok(Some(self.measure()));
         }
     }
 
+    /// What stands still in the last frame.
+    pub fn still(&mut self) -> Background {
+        let Some(frame) = self.last_frame() else { return Background::NONE };
+        let mut still = vec![Complex::new(0.0, 0.0); frame.plan().bins()];
+        let share = frame.background(&mut still).into();
+        Background { still, share }
+    }
+
+    /// Subtracts this from now on. Gives the targets of the last frame anew.
+    pub fn subtract(&mut self, background: Background) -> Vec<Answer> {
+        self.background = background;
+        self.measure()
+    }
+
+    fn last_frame(&mut self) -> Option<Frame<'_>> {
+        Frame::resume(self.plan, Cells::Wide(&mut self.shown), self.last?.filled)
+    }
+
+    /// The targets of the last frame and its map.
+    fn measure(&mut self) -> Vec<Answer> {
+        let Some(Last { number, first, .. }) = self.last else { return Vec::new() };
+        let background = std::mem::replace(&mut self.background, Background::NONE);
+        let Some(frame) = self.last_frame() else { return Vec::new() };
+        let targets = frame.targets_beside(&background.still);
+        self.map = map(&frame, number, &background, &targets);
+        self.background = background;
+        let time_s = (first as f64 + 0.5 * self.plan.chirps() as f64) * self.layout.period_s;
+        let answer = |found: &FrameTarget| {
+            let stamp = Stamp { sequence: number as u32, clock: first, ..Stamp::default() };
+            let (tone, result) = (found.line.tone, Outcome::Target(found.target));
+            let measurement = Measurement { stamp, clipped: 0, tone, result };
+            Answer { time_s, ..self.station.answer(&measurement) }
+        };
+        targets.iter().map(answer).collect()
+    }
+
     /// The map of the last frame: the frame's number, chirps and bins; the range of the first bin at rest and from bin to bin, m; the velocity of the first
-    /// row and from row to row, m/s; what the range of a place grows by for a m/s; the number of targets. Of each target: range, its sigma, velocity, its
+    /// row and from row to row, m/s; what the range of a place grows by for a m/s; the share of the background's power, NaN where none is subtracted; the number of targets. Of each target: range, its sigma, velocity, its
     /// sigma, their covariance, range and velocity in the map, signal-to-noise ratio in dB, verdict, and of the number of aliases the velocity and the odds
     /// each. Then the powers in dB of a code, row by row; a board does not tell them.
     pub fn map(&self) -> &[f64] {
@@ -173,14 +232,19 @@ fn told_so(error: &str) -> String {
 }
 
 /// See [`Frames::map`].
-fn map(frame: &Frame<'_>, number: u64, targets: &[FrameTarget]) -> Vec<f64> {
+fn map(
+    frame: &Frame<'_>,
+    number: u64,
+    background: &Background,
+    targets: &[FrameTarget],
+) -> Vec<f64> {
     let plan = frame.plan();
     let (bins, chirps, first) = (plan.bins(), plan.chirps(), plan.first());
-    let mut numbers = places(plan, number as f64, targets);
+    let mut numbers = places(plan, number as f64, background.share, targets);
     let mut powers = vec![0.0f32; bins * chirps];
     for bin in 0..bins {
         let mut column = vec![0.0; chirps];
-        frame.powers(first + bin as i32, &mut column);
+        frame.powers_beside(&background.still, first + bin as i32, &mut column);
         for (row, power) in column.iter().enumerate() {
             powers[row * bins + bin] = *power;
         }
@@ -191,7 +255,7 @@ fn map(frame: &Frame<'_>, number: u64, targets: &[FrameTarget]) -> Vec<f64> {
 }
 
 /// [`Frames::map`] without the powers.
-pub fn places(plan: &FramePlan, number: f64, targets: &[FrameTarget]) -> Vec<f64> {
+pub fn places(plan: &FramePlan, number: f64, share: f64, targets: &[FrameTarget]) -> Vec<f64> {
     let (bins, chirps, first) = (plan.bins(), plan.chirps(), plan.first());
     let half = chirps as f32 / 2.0;
     let cell = |bin: f32, row: f32| plan.cell(bin, row).map(f64::from);
@@ -199,7 +263,15 @@ pub fn places(plan: &FramePlan, number: f64, targets: &[FrameTarget]) -> Vec<f64
     let [range_step, velocity_step] = [cell(1.0, 0.0)[0], cell(0.0, 1.0)[1]];
     let shift = cell(0.0, 1.0)[0] / velocity_step;
     let mut numbers = vec![number, chirps as f64, bins as f64];
-    numbers.extend([origin, range_step, slowest, velocity_step, shift, targets.len() as f64]);
+    numbers.extend([
+        origin,
+        range_step,
+        slowest,
+        velocity_step,
+        shift,
+        share,
+        targets.len() as f64,
+    ]);
     for found in targets {
         let view::FrameTarget { target, covariance, .. } = view::FrameTarget::from_found(found);
         // Where its beat and its turns are: aliases are one place.
@@ -232,26 +304,96 @@ mod tests {
     const RATE_HZ: f64 = 2.56e6;
     const SPEED_OF_LIGHT: f64 = 299_792_458.0;
 
-    /// An array of chirps in front of a target, by the phase that the transmitter had when its echo left.
-    fn array(chirps: usize, range_m: f64, velocity_mps: f64) -> Vec<u8> {
+    /// An array of chirps in front of targets of such ranges, velocities and amplitudes, by the phase that the transmitter had when an echo left.
+    fn array(chirps: usize, targets: &[[f64; 3]]) -> Vec<u8> {
         let mut state = 1u32;
         let mut noise = || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             f64::from(state >> 16) / 655.36 - 50.0
         };
-        let sample = |index: usize| {
+        let part = |index: usize, of: fn(f64) -> f64| {
             let (chirp, n) = (index / 256, index % 256);
             let t = 2e-6 + n as f64 / RATE_HZ;
-            let tau = 2.0 * (range_m - velocity_mps * (t + chirp as f64 * 120e-6)) / SPEED_OF_LIGHT;
-            TAU * tau * (77e9 + 3e12 * (t - 0.5 * tau))
+            let echo = |&[range_m, velocity_mps, amplitude]: &[f64; 3]| {
+                let tau =
+                    2.0 * (range_m - velocity_mps * (t + chirp as f64 * 120e-6)) / SPEED_OF_LIGHT;
+                amplitude * of(TAU * tau * (77e9 + 3e12 * (t - 0.5 * tau)))
+            };
+            targets.iter().map(echo).sum::<f64>()
         };
         let mut bytes = b"\x93NUMPY\x01\x00\x4e\x00".to_vec();
         let header =
             format!("{{'descr': '<c8', 'fortran_order': False, 'shape': ({chirps}, 256), }}");
         bytes.extend(format!("{header:<77}\n").bytes());
-        let parts = (0..256 * chirps).map(sample).flat_map(|phase| [phase.cos(), phase.sin()]);
-        bytes.extend(parts.flat_map(|part| ((100.0 * part + noise()) as f32).to_le_bytes()));
+        let parts =
+            (0..256 * chirps).flat_map(|index| [part(index, f64::cos), part(index, f64::sin)]);
+        bytes.extend(parts.flat_map(|part| ((part + noise()) as f32).to_le_bytes()));
         bytes
+    }
+
+    /// The frames of such an array, 32 chirps each, and the codes of a unit of it.
+    fn frames(bytes: Vec<u8>) -> (Frames, f64) {
+        let mut settings = Settings { file_rate_hz: RATE_HZ, ..Settings::default() };
+        assert!(settings.set("bits", 16.0));
+        let recording = file::recording("cube.npy", bytes, &settings).unwrap();
+        let factor = recording.scaling().factor;
+        let Err(recording) = Frames::of(recording, &mut settings).unwrap() else {
+            panic!("nothing tells of the radar")
+        };
+        for (name, value) in [
+            ("carrier_hz", 77e9),
+            ("file_bandwidth_hz", 306e6),
+            ("chirp_s", 102e-6),
+            ("guard_s", 2e-6),
+            ("period_s", 120e-6),
+            ("chirps", 32.0),
+            ("velocity_low_mps", -8.0),
+            ("velocity_high_mps", 8.0),
+        ] {
+            assert!(settings.set(name, value));
+        }
+        let Ok(frames) = Frames::of(recording, &mut settings).unwrap() else {
+            panic!("it is a frame")
+        };
+        (frames, factor)
+    }
+
+    /// Once the background is recorded, what stands still is no target, in the same frame and in the next ones, and its row of the map is as the
+    /// others; without it all is as before.
+    #[test]
+    fn what_stands_still_is_subtracted() {
+        let (mut frames, _) = frames(array(96, &[[12.0, 0.0, 400.0], [18.0, 3.0, 60.0]]));
+        let first = frames.next_frame().unwrap().unwrap();
+        assert_eq!(first.len(), 2, "{first:?}");
+        let map = frames.map().to_vec();
+        let background = frames.still();
+        let beside = frames.subtract(background);
+        let share = frames.map()[8];
+        assert!((0.8..1.0).contains(&share), "{share}");
+        let rest = |answers: &[Answer], block: f64| {
+            assert_eq!(answers.len(), 1, "{answers:?}");
+            let off = (answers[0].velocity_mps - 3.0) / answers[0].sigma_velocity_mps;
+            assert!(answers[0].block == block && off.abs() < 5.0, "{answers:?}");
+        };
+        rest(&beside, 0.0);
+        let still = |map: &[f64]| {
+            let (bins, targets) = (map[2] as usize, map[9] as usize);
+            let powers = &map[10 + 10 * targets..];
+            powers[16 * bins..17 * bins].iter().copied().fold(f64::MIN, f64::max)
+        };
+        assert!(still(&map) - still(frames.map()) > 40.0);
+        rest(&frames.next_frame().unwrap().unwrap(), 1.0);
+        let again = frames.subtract(Background::NONE);
+        assert!(again.len() == 2 && frames.map()[8].is_nan(), "{again:?}");
+        let background = frames.still();
+        frames.subtract(background);
+        rest(&frames.next_frame().unwrap().unwrap(), 2.0);
+        // At the end the last frame is still there.
+        assert!(frames.next_frame().unwrap().is_none());
+        let background = frames.still();
+        rest(&frames.subtract(background), 2.0);
+        let all = frames.subtract(Background::NONE);
+        assert!(all.len() == 2 && all[0].block == 2.0, "{all:?}");
     }
 
     /// The brightest cell of the map is where its target is drawn, though the target's range is where it is without its Doppler shift; without
@@ -259,28 +401,7 @@ mod tests {
     #[test]
     fn a_target_is_drawn_on_its_cell() {
         for (range_m, velocity_mps) in [(18.0, 3.0), (7.3, -6.4), (41.2, 5.1)] {
-            let bytes = array(32, range_m, velocity_mps);
-            let mut settings = Settings { file_rate_hz: RATE_HZ, ..Settings::default() };
-            assert!(settings.set("bits", 16.0));
-            let recording = file::recording("cube.npy", bytes, &settings).unwrap();
-            let factor = recording.scaling().factor;
-            let Err(recording) = Frames::of(recording, &mut settings).unwrap() else {
-                panic!("nothing tells of the radar")
-            };
-            for (name, value) in [
-                ("carrier_hz", 77e9),
-                ("file_bandwidth_hz", 306e6),
-                ("chirp_s", 102e-6),
-                ("guard_s", 2e-6),
-                ("period_s", 120e-6),
-                ("velocity_low_mps", -8.0),
-                ("velocity_high_mps", 8.0),
-            ] {
-                assert!(settings.set(name, value));
-            }
-            let Ok(mut frames) = Frames::of(recording, &mut settings).unwrap() else {
-                panic!("it is a frame")
-            };
+            let (mut frames, factor) = frames(array(32, &[[range_m, velocity_mps, 100.0]]));
             let targets = frames.next_frame().unwrap().unwrap();
             assert_eq!(targets.len(), 1, "{targets:?}");
             let middle_s = 15.5 * 120e-6 + 2e-6 + 127.5 / RATE_HZ;
@@ -288,14 +409,16 @@ mod tests {
                 / targets[0].sigma_range_m;
             let fast = (targets[0].velocity_mps - velocity_mps) / targets[0].sigma_velocity_mps;
             assert!(far.abs() < 5.0 && fast.abs() < 5.0, "{far} {fast}");
-            let &[0.0, 32.0, bins, range, range_step, speed, speed_step, shift, 1.0, ..] =
+            let &[0.0, 32.0, bins, range, range_step, speed, speed_step, shift, share, 1.0, ..] =
                 frames.map()
             else {
                 panic!("one frame, one target")
             };
-            let &[.., map_m, map_mps, _, verdict, aliases] = &frames.map()[9..19] else { panic!() };
-            assert_eq!((verdict, aliases), (0.0, 0.0));
-            let powers = &frames.map()[19..];
+            let &[.., map_m, map_mps, _, verdict, aliases] = &frames.map()[10..20] else {
+                panic!()
+            };
+            assert_eq!((verdict, aliases, share.is_nan()), (0.0, 0.0, true));
+            let powers = &frames.map()[20..];
             assert_eq!(powers.len(), 32 * bins as usize);
             let brightest =
                 (0..powers.len()).max_by(|&a, &b| powers[a].total_cmp(&powers[b])).unwrap();

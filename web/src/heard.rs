@@ -72,7 +72,7 @@ impl Heard {
     pub fn map(&self, (device, n): &(Device, usize)) -> Vec<f64> {
         let plan = device.frames(*n).ok().flatten();
         plan.zip(self.last.as_ref()).map_or_else(Vec::new, |(plan, (frame, targets))| {
-            places(&plan, frame.number.into(), targets)
+            places(&plan, frame.number.into(), f64::NAN, targets)
         })
     }
 

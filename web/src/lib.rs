@@ -13,6 +13,8 @@ pub mod frames;
 pub mod heard;
 #[path = "../../host/measure/src/length.rs"]
 pub mod length;
+#[path = "../../host/measure/src/analyze/moved.rs"]
+pub mod moved;
 pub mod page;
 #[path = "../../host/measure/src/analyze/radar.rs"]
 pub mod radar;
@@ -137,6 +139,13 @@ pub extern "C" fn picket_map() {
     page(Page::map)
 }
 
+/// Subtracts from the frames of a recording nothing (0), what stands still in the last one (1), or what was subtracted before the recording was
+/// opened again (2); leaves the answers of the last one anew.
+#[unsafe(no_mangle)]
+pub extern "C" fn picket_background(which: u32) {
+    page(|page| page.background(which))
+}
+
 /// Leaves the samples of the block that the spectrum is of, two codes each, as bytes, and as numbers what the tones' module is
 /// told of them.
 #[unsafe(no_mangle)]
@@ -162,8 +171,15 @@ pub extern "C" fn picket_tracks() {
     page(Page::tracks)
 }
 
+/// Leaves what swings in the displacement: of each swing amplitude, sigma, frequency, sigma, amplitude of the velocity, sigma, and the verdict's
+/// number.
+#[unsafe(no_mangle)]
+pub extern "C" fn picket_swings() {
+    page(Page::swings)
+}
+
 /// Leaves the settings in use: N, I/Q, rate, kind, full scale, whether the rate is known, metres per second of a hertz or 0, samples of a
-/// record of its own or 0, whether targets of frames are measured; records, missing, damaged frames, raw blocks of a board.
+/// record of its own or 0, whether targets of frames are measured, whether the displacement is followed; records, missing, damaged frames, raw blocks of a board.
 #[unsafe(no_mangle)]
 pub extern "C" fn picket_state() {
     page(Page::state)

@@ -3,7 +3,8 @@
 use crate::answer::Answer;
 use crate::board::Board;
 use crate::file::{self, File};
-use crate::frames::Frames;
+use crate::frames::{Background, Frames};
+use crate::moved::Swing;
 use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::station::{Picture, Station};
@@ -39,6 +40,7 @@ pub struct Page {
     rest: Vec<[i16; 2]>,
     blocks: u32,
     picture: Picture,
+    background: Background,
 }
 
 impl Page {
@@ -54,6 +56,7 @@ impl Page {
             rest: Vec::new(),
             blocks: 0,
             picture: Picture::default(),
+            background: Background::NONE,
         }
     }
 
@@ -107,6 +110,7 @@ impl Page {
         let Source::Station(station) = &mut self.source else { return };
         for _ in 0..blocks {
             let (stamp, samples, truth) = self.scene.block(&self.settings);
+            station.follow(&stamp, Some(&samples));
             let Some(measurement) = station.block(stamp, &samples) else { continue };
             let row = Answer {
                 truth_hz: truth.hertz,
@@ -219,6 +223,17 @@ impl Page {
         }
     }
 
+    pub(crate) fn background(&mut self, which: u32) {
+        self.numbers.clear();
+        let Source::Frames(frames) = &mut self.source else { return };
+        match which {
+            0 => self.background = Background::NONE,
+            1 => self.background = frames.still(),
+            _ => {}
+        }
+        frames.subtract(self.background.clone()).iter().for_each(|row| row.put(&mut self.numbers));
+    }
+
     pub(crate) fn shown(&mut self) {
         let mut bytes = std::mem::take(&mut self.text);
         bytes.clear();
@@ -254,6 +269,18 @@ impl Page {
         self.numbers = numbers;
     }
 
+    pub(crate) fn swings(&mut self) {
+        let Some(station) = self.station() else { return self.numbers.clear() };
+        let numbers = station.swings().into_iter().flat_map(|swing| {
+            let Swing { line, amplitude_m: [amplitude_m, sigma_m], velocity_mps } = swing;
+            let (tone, [velocity_mps, sigma_mps]) = (line.tone, velocity_mps);
+            let verdict = f64::from(tone.verdict as u8);
+            let line = [tone.hertz(), tone.sigma_hertz()];
+            [amplitude_m, sigma_m, line[0], line[1], velocity_mps, sigma_mps, verdict]
+        });
+        self.numbers = numbers.collect();
+    }
+
     pub(crate) fn state(&mut self) {
         let Settings { n, iq, rate_hz, kind, .. } = self.settings;
         let full = self.settings.full_scale();
@@ -266,7 +293,8 @@ impl Page {
             Source::Board(board) => board.heard.is_some(),
             _ => false,
         };
-        self.numbers.extend([known.into(), speed, row as f64, frames.into()]);
+        let follows = self.station().is_some_and(|station| station.follows());
+        self.numbers.extend([known.into(), speed, row as f64, frames.into(), follows.into()]);
         if let Source::Board(board) = &self.source {
             let counts = [board.listener.records, board.listener.missing, board.listener.bad];
             self.numbers.extend(counts.map(|count| count as f64));

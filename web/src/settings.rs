@@ -59,6 +59,8 @@ pub struct Settings {
     pub mixing: Option<Mixing>,
     /// The most tones followed.
     pub most: u8,
+    /// Whether the displacement of a Doppler radar's target is followed.
+    pub displacement: bool,
     /// Blocks that are added without their phases for an answer; 1 where each block has its own.
     pub sum: u32,
     /// A file's format; the one that it shows where nothing is said.
@@ -100,6 +102,7 @@ impl Default for Settings {
             bandwidth_hz: 200e6,
             mixing: None,
             most: 4,
+            displacement: false,
             sum: 1,
             format: None,
             converter: Converter { bits: 12, unsigned: false },
@@ -135,6 +138,7 @@ impl Settings {
                 self.mixing = mixing;
             }
             "most" => self.most = value as u8,
+            "displacement" => self.displacement = value != 0.0,
             "sum" => self.sum = value.max(1.0) as u32,
             // Counted from 1.
             "format" => self.format = FORMATS.get((value as usize).wrapping_sub(1)).copied(),

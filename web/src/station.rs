@@ -1,6 +1,7 @@
 //! The library at work on records whose kind and length are known only at run time.
 
 use crate::answer::Answer;
+use crate::moved::{Moved, SWINGS, Swing, Ways};
 use crate::record::record;
 use crate::settings::{Kind, Settings};
 use picket_dsp::accumulate::{Accumulated, Accumulator, MOST_BLOCKS};
@@ -13,6 +14,8 @@ use picket_dsp::solve::track::{State, Track};
 use picket_dsp::spectrum::peak::{self, Peak};
 use picket_dsp::spectrum::view::View;
 use picket_dsp::tone::Tone;
+use picket_dsp::tone::lines::MOST;
+use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_dsp::tracker::Tracker;
 use std::f64::consts::PI;
 
@@ -28,6 +31,8 @@ trait Bench {
     fn outcome(&self, tone: &Tone) -> Outcome;
     /// [`Pipeline::look`] at a record, and its spectrum.
     fn view(&mut self, record: &[[i16; 2]]) -> (u32, View<'_>);
+    /// [`Pipeline::lines`] of a record that nothing came before, the strongest first.
+    fn lines(&mut self, stamp: &Stamp, record: &[[i16; 2]], most: usize) -> Vec<ToneWithPhase>;
 }
 
 struct Records<R: Record, const N: usize> {
@@ -56,6 +61,12 @@ impl<R: Record, const N: usize> Bench for Records<R, N> {
     fn view(&mut self, record: &[[i16; 2]]) -> (u32, View<'_>) {
         let clipped = R::samples(record).try_into().map_or(0, |samples| self.looked.look(samples));
         (clipped, self.looked.spectrum().view())
+    }
+
+    fn lines(&mut self, stamp: &Stamp, record: &[[i16; 2]], most: usize) -> Vec<ToneWithPhase> {
+        let Ok(samples) = R::samples(record).try_into() else { return Vec::new() };
+        let measurement = self.looked.block(stamp, samples);
+        self.looked.lines(&measurement, most).to_vec()
     }
 }
 
@@ -93,7 +104,19 @@ pub struct Station {
     /// The powers of the bins, from bin 0 on, of the sum in progress, and the mean of the last one that was complete.
     powers: Vec<f64>,
     mean: Vec<f64>,
+    way: Option<Way>,
 }
+
+/// The displacement so far.
+struct Way {
+    ways: Ways,
+    all: Vec<Moved>,
+    /// The last block's.
+    last: Option<Moved>,
+}
+
+/// So many displacements are kept, or twice as many.
+const KEPT: usize = 100_000;
 
 /// A spectrum in dB of a sine from rail to rail, and what is said of it.
 #[derive(Clone, Debug, Default)]
@@ -126,8 +149,16 @@ impl Station {
             return Err("sums are of a tone or a Doppler shift, not of a chirp's ramps".into());
         }
         let (config, full_scale) = (settings.config(), settings.full_scale());
-        let station = Self::adding(&config, settings.iq, settings.n, full_scale, settings.sum);
-        station.map_err(|error| error.to_string())
+        let (iq, n, rate_hz) = (settings.iq, settings.n, settings.rate_hz);
+        let mut station = Self::adding(&config, iq, n, full_scale, settings.sum)
+            .map_err(|error| error.to_string())?;
+        if settings.displacement && settings.kind == Kind::Doppler && settings.sum <= 1 {
+            let apart = (n as f64 / rate_hz, u64::MAX);
+            let ways = Ways::new(&config.scene, rate_hz, (n, iq), apart)
+                .map_err(|error| error.to_string())?;
+            station.way = Some(Way { ways, all: Vec::new(), last: None });
+        }
+        Ok(station)
     }
 
     /// A station for a configuration, each of whose blocks has its own answer.
@@ -166,6 +197,7 @@ impl Station {
             sum,
             powers: vec![0.0; n],
             mean: Vec::new(),
+            way: None,
         })
     }
 
@@ -198,9 +230,50 @@ impl Station {
         Some(measurement)
     }
 
+    /// Follows the displacement to a block, before this is measured; `None` for one that is left out.
+    pub fn follow(&mut self, stamp: &Stamp, samples: Option<&[[i16; 2]]>) {
+        let Some(way) = &mut self.way else { return };
+        let whole = Stamp { gap: false, ..*stamp };
+        let record = samples.map(|samples| record(self.terms.iq, samples));
+        let lines = record.map(|record| self.bench.lines(&whole, &record, MOST));
+        way.last = way.ways.push(stamp.clock, stamp.gap, lines.iter().flatten().next());
+        way.all.extend(way.last);
+        if way.all.len() > 2 * KEPT {
+            way.all.drain(..KEPT);
+        }
+    }
+
+    /// Whether the displacement is followed.
+    pub const fn follows(&self) -> bool {
+        self.way.is_some()
+    }
+
+    /// What swings in the displacement so far.
+    pub fn swings(&self) -> Vec<Swing> {
+        let found = self.way.as_ref().and_then(|way| {
+            let whole = way.ways.record(&way.all)?;
+            let n = whole.codes.len();
+            let mut station = Self::from_config(&whole.config(), false, n, 1.0).ok()?;
+            let samples: Vec<[i16; 2]> = whole.codes.iter().map(|&code| [code, 0]).collect();
+            let lines = station.bench.lines(&Stamp::default(), &record(false, &samples), SWINGS);
+            Some(whole.swings(&lines))
+        });
+        found.unwrap_or_default()
+    }
+
     /// The answer to a measurement.
     pub fn answer(&self, measurement: &Measurement) -> Answer {
-        Answer::of(measurement, self.terms.n as usize, self.terms.iq, self.terms.rate_hz)
+        let row = Answer::of(measurement, self.terms.n as usize, self.terms.iq, self.terms.rate_hz);
+        let Some(Moved { moved, .. }) = self.way.as_ref().and_then(|way| way.last) else {
+            return row;
+        };
+        Answer {
+            displacement_m: moved.metres.to_num(),
+            sigma_displacement_m: moved.sigma.into(),
+            displacement_start: moved.start.into(),
+            displacement_verdict: f64::from(moved.verdict as u8),
+            ..row
+        }
     }
 
     /// The samples of a record that touch a rail, and its spectrum; what its samples lack reads zero.
@@ -345,6 +418,41 @@ mod tests {
         assert_eq!(sums, 2);
         settings.kind = Kind::Chirp;
         assert!(Station::new(&settings).is_err());
+    }
+
+    /// The displacement is that of the target within its sigma, and starts anew behind a block that is left out.
+    #[test]
+    fn a_displacement_is_followed() {
+        let settings =
+            Settings { kind: Kind::Doppler, iq: true, displacement: true, ..Settings::default() };
+        let mut scene = Scene::new(5);
+        assert!(scene.set("velocity_mps", 2.5) && scene.set("snr_db", 10.0));
+        let mut station = Station::new(&settings).unwrap();
+        let block_s = 1024.0 / 48e3;
+        let mut first = None;
+        for block in 0..200 {
+            let (stamp, samples, _) = scene.block(&settings);
+            station.follow(&stamp, (block != 150).then_some(&samples));
+            let measurement = station.block(stamp, &samples).unwrap();
+            let row = station.answer(&measurement);
+            match block {
+                150 => assert!(row.displacement_m.is_nan(), "{row:?}"),
+                151 => {
+                    let unsure = f64::from(picket_dsp::Verdict::Unresolved as u8);
+                    assert_eq!((row.displacement_m, row.displacement_verdict), (0.0, unsure));
+                    first = None;
+                }
+                _ => {
+                    assert_eq!(row.displacement_start, f64::from(u8::from(block > 150)));
+                    let way = row.displacement_m + 2.5 * f64::from(block) * block_s;
+                    let off = (way - *first.get_or_insert(way)) / row.sigma_displacement_m;
+                    assert!(off.abs() < 6.0, "{block}: {off}");
+                }
+            }
+        }
+        // What is even has no swing.
+        assert!(station.swings().iter().all(|swing| swing.amplitude_m[0] < 1e-4));
+        assert!(!Station::new(&Settings { sum: 10, ..settings }).unwrap().follows());
     }
 
     #[test]

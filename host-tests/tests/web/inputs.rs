@@ -118,6 +118,25 @@ pub fn session() -> std::vec::Vec<u8> {
     bytes
 }
 
+/// What a Doppler radar at 24 GHz has in 200 blocks of a target that approaches and swings; six blocks are silent.
+fn swing() -> std::vec::Vec<u8> {
+    let mut state = 9u32;
+    let mut noise = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(state >> 16) / 65.536 - 500.0
+    };
+    let sample = |index: usize| {
+        let turns = |hertz: f64| std::f64::consts::TAU * hertz * index as f64 / RATE_HZ;
+        let range_m =
+            50e-6 * turns(5.0).sin() + 20e-6 * turns(11.0).cos() - 2.0 * index as f64 / RATE_HZ;
+        let phase = -2.0 * range_m * 24e9 / SPEED_OF_LIGHT * std::f64::consts::TAU;
+        let level = if (160..166).contains(&(index / 1024)) { 0.0 } else { 1.0 };
+        [phase.cos(), phase.sin()].map(|part| level * (3000.0 * part + noise()))
+    };
+    let parts = (0..200 * 1024).flat_map(sample);
+    parts.flat_map(|part| (part.round() as i16).to_le_bytes()).collect()
+}
+
 /// Samples of a chirp's record, and the chirps of two frames.
 pub const RECORD: usize = 256;
 /// See there.
@@ -249,6 +268,7 @@ pub fn inputs() -> PathBuf {
     write("good-iq.i16", &bytes_of(&iq));
     write("two-channels.wav", &wav(2, &iq));
     write("cube.npy", &cube());
+    write("swing-iq.i16", &swing());
     let lines: String = real.iter().take(20_000).map(|sample| format!("{sample}\n")).collect();
     write("good-column.csv", lines.as_bytes());
     let whole = wav(1, &real);

@@ -113,7 +113,7 @@ const FEATURES: &[Feature] = &[
             "frame_push",
         ],
         wire: &["ChirpFrame", "Found"],
-        page: &["picket_map"],
+        page: &["picket_map", "picket_background"],
     },
     Feature {
         name: "a target's velocity from chirp to chirp",
@@ -131,7 +131,7 @@ const FEATURES: &[Feature] = &[
         python: &["Displacement"],
         c: &["picket_way_init", "picket_way_push", "picket_way_size"],
         wire: &[],
-        page: &[],
+        page: &["picket_swings"],
     },
     Feature {
         name: "range by phase",

@@ -10,6 +10,7 @@ use super::displacement::{self, Sensor};
 use super::fundamental;
 use super::input::Input;
 use super::known;
+use super::moved::Moved;
 use super::radar::Radar;
 use super::ramp::Chirps;
 use super::ranges;
@@ -334,7 +335,7 @@ fn repeats(file: &Path, cut: &Cut, radar: &Radar, told: &Told) -> Result<Option<
 fn way(options: &Options, cut: Cut, style: Style, sensor: &Sensor) -> Result<ExitCode, String> {
     let mut none = true;
     let file = &options.input.file;
-    let mut sink = |moved: &displacement::Moved| {
+    let mut sink = |moved: &Moved| {
         if std::mem::take(&mut none) {
             displacement::print_heading(style);
         }

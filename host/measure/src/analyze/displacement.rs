@@ -3,6 +3,7 @@
 use super::Style;
 use super::carrier::Carrier;
 use super::cut::{self, Cut};
+use super::moved::{Moved, SWINGS, Swing, WayRecord, Ways};
 use super::radar::Radar;
 use super::told::Told;
 use super::unfit::{Tally, Unfit};
@@ -14,17 +15,12 @@ use crate::{views, with_record};
 use picket_dsp::acquire::sample::Stamp;
 use picket_dsp::config::{Config, SPEED_OF_LIGHT};
 use picket_dsp::pipeline::Pipeline;
-use picket_dsp::solve::displacement::{Displacement, Unwrapper};
 use picket_dsp::tone::lines::MOST;
-use picket_dsp::{Codes, Scene, Shape, ToneWithPhase, Usable, Verdict};
+use picket_dsp::{Scene, Shape, Verdict};
 use picket_transform::num_complex::Complex;
 use picket_wire::view;
 use serde_json::json;
-use std::f64::consts::TAU;
 use std::path::Path;
-
-/// From chirp to chirp a target turns the phase by less than this share of a turn.
-const MOST_TURNS: f32 = 0.25;
 
 /// What is known of the sensor.
 #[derive(Clone, Copy, Debug)]
@@ -33,28 +29,6 @@ pub enum Sensor {
     Wave(Carrier),
     /// Sawtooth chirps.
     Chirps(Radar),
-}
-
-/// Where a target is in a block, beside where it was at the start.
-#[derive(Clone, Copy, Debug)]
-pub struct Moved {
-    /// The block's or the chirp's number.
-    pub block: u64,
-    /// The time of its middle, s.
-    pub time_s: f64,
-    /// Its way.
-    pub moved: Displacement,
-}
-
-/// A swing of the target.
-#[derive(Clone, Copy, Debug)]
-pub struct Swing {
-    /// Its line in the spectrum of the way.
-    pub line: ToneWithPhase,
-    /// To each side, m, with one standard deviation.
-    pub amplitude_m: [f64; 2],
-    /// The amplitude of its velocity, m/s, with one standard deviation.
-    pub velocity_mps: [f64; 2],
 }
 
 /// Follows the target through `file`.
@@ -98,24 +72,16 @@ pub fn run(
         }
     };
     let together = recording.frame().unwrap_or(u64::MAX);
-    let unwrapper = Unwrapper::of_scene(&scene, rate_hz, n, recording.iq(), MOST_TURNS);
-    let unwrapper = unwrapper.map_err(super::text)?;
-    let (mut ways, mut all) = (Ways { unwrapper, period_s, together }, Vec::new());
+    let ways = Ways::new(&scene, rate_hz, (n, recording.iq()), (period_s, together));
+    let (mut ways, mut all) = (ways.map_err(super::text)?, Vec::new());
     let mut keep = |moved: &Moved| {
         all.push(*moved);
         sink(moved);
     };
     let how = (cut, hop, skip);
     let tally = with_record!(recording.iq(), n, R, N => follow::<R, N>(recording, how, &mut ways, &mut keep))?;
-    Ok((tally, swings(&all, 1.0 / period_s)?))
-}
-
-/// What the blocks' phases are followed by.
-struct Ways {
-    unwrapper: Unwrapper,
-    period_s: f64,
-    /// Chirps between pauses of unknown length.
-    together: u64,
+    let swings = ways.record(&all).map_or(Ok(Vec::new()), |record| swings(&record))?;
+    Ok((tally, swings))
 }
 
 fn follow<R: Kind, const N: usize>(
@@ -133,84 +99,37 @@ fn follow<R: Kind, const N: usize>(
     };
     let mut pipeline = Box::new(Pipeline::<R, N>::new(config.plan::<R, N>().map_err(super::text)?));
     let mut blocks = recording.blocks(N, hop, skip);
-    let (mut number, mut tally, mut lost) = (0u64, Tally::default(), false);
+    let mut tally = Tally::default();
     while let Some((clock, samples)) = blocks.next_block().map_err(super::text)? {
         let unfit = Unfit::of(samples, cut.codes);
         let values: Vec<Complex<f64>> = samples.iter().map(|sample| sample.value).collect();
+        let sequence = tally.blocks as u32;
         tally.add(unfit);
-        lost |=
-            blocks.gap() || unfit.is_some() || number > 0 && number.is_multiple_of(ways.together);
-        let block = number;
-        number += 1;
-        if unfit.is_some() {
-            continue;
+        let line = unfit.is_none().then(|| {
+            let stamp = Stamp { sequence, clock, ..Stamp::default() };
+            let measurement = pipeline.block(&stamp, &record::<R, N>(&values));
+            pipeline.lines(&measurement, MOST).first().copied()
+        });
+        if let Some(moved) = ways.push(clock, blocks.gap(), line.flatten().as_ref()) {
+            sink(&moved);
         }
-        let stamp = Stamp { sequence: block as u32, clock, gap: lost, ..Stamp::default() };
-        let measurement = pipeline.block(&Stamp { gap: false, ..stamp }, &record::<R, N>(&values));
-        let Some(line) = pipeline.lines(&measurement, MOST).first().copied() else {
-            lost = true;
-            continue;
-        };
-        lost = false;
-        let moved = ways.unwrapper.push(&stamp, &line);
-        sink(&Moved { block, time_s: (block as f64 + 0.5) * ways.period_s, moved });
     }
     tally.check(cut.codes)?;
     Ok(tally)
 }
 
-/// The lengths of a way whose spectrum is looked at.
-const LENGTHS: [usize; 7] = [4096, 2048, 1024, 512, 256, 128, 64];
-
-/// What swings in the longest stretch without a new start.
-fn swings(all: &[Moved], rate_hz: f64) -> Result<Vec<Swing>, String> {
-    let usable = |it: &Moved| it.moved.verdict.usable() <= Usable::WithinSigma;
-    let together = |a: &Moved, b: &Moved| {
-        usable(a) && usable(b) && a.moved.start == b.moved.start && a.block + 1 == b.block
-    };
-    let longest = all.chunk_by(together).max_by_key(|part| part.len()).unwrap_or_default();
-    let Some(n) = LENGTHS.into_iter().find(|n| *n <= longest.len()) else { return Ok(Vec::new()) };
-    let way: Vec<f64> = longest.iter().take(n).map(|it| it.moved.metres.to_num()).collect();
-    let rest = beside_a_line(&way);
-    let most = rest.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    if most == 0.0 {
-        return Ok(Vec::new());
-    }
-    let metres = most / 30_000.0;
-    let words: Vec<Complex<f64>> = rest.iter().map(|x| Complex::new(x / metres, 0.0)).collect();
-    with_record!(false, n, R, N => lines::<R, N>(&words, rate_hz, metres))
+/// What swings in a way.
+fn swings(record: &WayRecord) -> Result<Vec<Swing>, String> {
+    with_record!(false, record.codes.len(), R, N => lines::<R, N>(record))
 }
 
-/// The lines of a record whose codes are so many metres.
-fn lines<R: Kind, const N: usize>(
-    words: &[Complex<f64>],
-    rate_hz: f64,
-    metres: f64,
-) -> Result<Vec<Swing>, String> {
-    let config = Config::new(rate_hz, Codes::signed::<16>());
-    let mut pipeline = Box::new(Pipeline::<R, N>::new(config.plan::<R, N>().map_err(super::text)?));
-    let measurement = pipeline.block(&Stamp::default(), &record::<R, N>(words));
-    let swing = |line: ToneWithPhase| {
-        let amplitude_m = f64::from(line.tone.amplitude) * metres;
-        // The relative error of an amplitude is that of the phase.
-        let sigma_m = amplitude_m * f64::from(line.sigma_phase);
-        let turn = TAU * line.tone.hertz();
-        let velocity_mps = [turn * amplitude_m, turn * sigma_m];
-        Swing { line, amplitude_m: [amplitude_m, sigma_m], velocity_mps }
-    };
-    let found = pipeline.lines(&measurement, 4).into_iter().map(swing);
-    Ok(found.filter(|swing| swing.line.tone.verdict.usable() < Usable::No).collect())
-}
-
-/// What is left of numbers beside their straight line.
-fn beside_a_line(all: &[f64]) -> Vec<f64> {
-    let count = all.len() as f64;
-    let middle = 0.5 * (count - 1.0);
-    let mean = all.iter().sum::<f64>() / count;
-    let places = || (0..all.len()).map(|place| place as f64 - middle);
-    let square: f64 = places().map(|place| place * place).sum();
-    let slope = places().zip(all).map(|(place, x)| place * x).sum::<f64>() / square;
-    places().zip(all).map(|(place, x)| x - mean - slope * place).collect()
+fn lines<R: Kind, const N: usize>(record: &WayRecord) -> Result<Vec<Swing>, String> {
+    let plan = record.config().plan::<R, N>().map_err(super::text)?;
+    let mut pipeline = Box::new(Pipeline::<R, N>::new(plan));
+    let mut codes = record.codes.iter();
+    let samples = std::array::from_fn(|_| R::from_parts([*codes.next().unwrap_or(&0), 0]));
+    let measurement = pipeline.block(&Stamp::default(), &samples);
+    Ok(record.swings(&pipeline.lines(&measurement, SWINGS)))
 }
 
 /// Prints what stands above the ways.

@@ -12,6 +12,7 @@ pub mod frames;
 pub mod fundamental;
 pub mod input;
 pub mod known;
+pub mod moved;
 pub mod radar;
 pub mod ramp;
 pub mod ranges;
