@@ -3,9 +3,6 @@
 
 use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
 use picket_firmware::nucleo_f446re::words::gauge;
-use picket_firmware::nucleo_f446re::words::guard::{FEED, START, UNLOCK, WATCHDOG};
-use picket_firmware::nucleo_f446re::words::pins::{self, PORT_A, PORT_B};
-use picket_firmware::nucleo_f446re::words::quiet::Quiet;
 use picket_firmware::nucleo_f446re::words::sampling::{self, Sampling};
 use picket_firmware::nucleo_f446re::words::waveform::{
     DAC_CR, DAC_REST, DAC_SR_UNDERRUN, DAC_STREAM, SyncInput, SyncOutput,
@@ -32,51 +29,6 @@ fn says<REG: RegisterSpec<Ux = u32> + Readable>(
     // SAFETY: a register is a cell of its width, and this one is only memory.
     let register = unsafe { &*memory.get().cast::<Reg<REG>>() };
     asks(&register.read())
-}
-
-#[test]
-fn clocks() {
-    use chip::{flash, rcc};
-    let tree = Tree::new(Speed::Mhz180, Source::HsePll);
-    // SAFETY: the numbers fit their fields.
-    let pll = word(|w: &mut rcc::pllcfgr::W| unsafe {
-        w.pllsrc().hse().pllm().bits(4).plln().bits(180).pllp().div2().pllq().bits(8).pllr().bits(2)
-    });
-    assert_eq!(tree.pll, Some(pll));
-    // SAFETY: the numbers fit their fields.
-    let pll = word(|w: &mut rcc::pllcfgr::W| unsafe {
-        w.pllsrc().hsi().pllm().bits(8).plln().bits(144).pllp().div2().pllq().bits(8).pllr().bits(2)
-    });
-    assert_eq!(Tree::new(Speed::Mhz144, Source::HsiPll).pll, Some(pll));
-    let cfgr =
-        word(|w: &mut rcc::cfgr::W| w.sw().pll().ppre1().div4().ppre2().div2().hpre().div1());
-    // Undivided has many spellings, of which ours is zero.
-    assert_eq!(tree.cfgr, cfgr & !0xF0);
-    let acr = word(|w: &mut flash::acr::W| w.latency().ws5().icen().enabled().dcen().enabled());
-    assert_eq!(tree.flash, acr);
-    let ahb1 = word(|w: &mut rcc::ahb1enr::W| {
-        w.gpioaen().enabled().gpioben().enabled().dma1en().enabled().dma2en().enabled()
-    });
-    let apb1 = word(|w: &mut rcc::apb1enr::W| {
-        w.tim2en().enabled().tim3en().enabled().tim4en().enabled().tim5en().enabled();
-        w.usart2en().enabled().pwren().enabled().dacen().enabled()
-    });
-    let apb2 = word(|w: &mut rcc::apb2enr::W| {
-        w.adc1en().enabled().adc2en().enabled().spi1en().enabled().syscfgen().enabled()
-    });
-    assert_eq!((pins::AHB1, pins::APB1, pins::APB2), (ahb1, apb1, apb2));
-}
-
-#[test]
-fn what_keeps_the_converters_quiet() {
-    use chip::{flash, pwr, syscfg};
-    let prefetch = word(|w: &mut flash::acr::W| w.prften().enabled());
-    assert_eq!(Quiet::Ahead.prefetch(), prefetch);
-    // Scale 1, its reset value, is not ours to say here.
-    let first = word(|w: &mut pwr::cr::W| w.adcdc1().set_bit()) & !(3 << 14);
-    assert_eq!(Quiet::First.power(), first);
-    let second = word(|w: &mut syscfg::pmc::W| w.adc1dc2().set_bit().adc2dc2().set_bit());
-    assert_eq!(Quiet::Second.mode(), second);
 }
 
 #[test]
@@ -215,47 +167,4 @@ fn chirp_and_synchronisation() {
     let compare = word(|w: &mut tim2::ccmr1_output::W| w.oc1m().pwm_mode2());
     let capture = word(|w: &mut tim2::ccmr1_input::W| w.cc2s().ti2().ic2f().fck_int_n8());
     assert_eq!(input.mode, compare | capture);
-}
-
-#[test]
-fn pins_and_bus() {
-    use chip::{gpioa, gpiob, spi1};
-    // Over the reset values, which are the debugger's pins.
-    let mode = word(|w: &mut gpioa::moder::W| {
-        w.moder0().analog().moder1().analog().moder2().alternate().moder3().alternate();
-        w.moder4().analog().moder5().alternate().moder7().alternate();
-        w.moder13().alternate().moder14().alternate().moder15().alternate()
-    });
-    let alternate =
-        word(|w: &mut gpioa::afrl::W| w.afrl2().af7().afrl3().af7().afrl5().af5().afrl7().af5());
-    assert_eq!((PORT_A.mode, PORT_A.alternate[0]), (mode, alternate));
-    let mode = word(|w: &mut gpiob::moder::W| {
-        w.moder3().alternate().moder4().alternate().moder5().output().moder6().output();
-        w.moder10().alternate()
-    });
-    assert_eq!(PORT_B.mode, mode);
-    let switch = |name: fn(&mut gpiob::bsrr::W) -> &mut gpiob::bsrr::W| word(name);
-    assert_eq!(
-        [pins::LE_HIGH, pins::LE_LOW],
-        [switch(|w| w.bs6().set_()), switch(|w| w.br6().reset())]
-    );
-    assert_eq!(
-        [pins::CE_HIGH, pins::CE_LOW],
-        [switch(|w| w.bs5().set_()), switch(|w| w.br5().reset())]
-    );
-    let bus = word(|w: &mut spi1::cr1::W| {
-        w.ssm().enabled().ssi().slave_not_selected().spe().enabled().br().div16().mstr().master()
-    });
-    assert_eq!(pins::SPI_CR1, bus);
-}
-
-#[test]
-fn watchdog() {
-    use chip::iwdg;
-    let key = |name: fn(&mut iwdg::kr::W) -> &mut iwdg::kr::W| word(name);
-    assert_eq!(
-        [START, FEED, UNLOCK],
-        [key(|w| w.key().start()), key(|w| w.key().feed()), key(|w| w.key().unlock())]
-    );
-    assert_eq!(WATCHDOG.prescaler, word(|w: &mut iwdg::pr::W| w.pr().divide_by64()));
 }

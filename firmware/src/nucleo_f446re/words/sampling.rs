@@ -141,7 +141,7 @@ impl Sampling {
         };
         let continuous = u32::from(self.continuous) << 1;
         ConverterWords {
-            common: multi | tree.adc_prescaler << 16,
+            common: multi | u32::from(tree.apb2_hz > 2 * tree.adc_hz) << 16,
             // OVRIE 26.
             cr1: 1 << 26,
             // ADON 0, CONT 1, EXTSEL 27:24 = 8 TIM3_TRGO, EXTEN 29:28 = 1 its rise.
