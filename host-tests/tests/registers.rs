@@ -2,7 +2,6 @@
 //! the crate `stm32f4`): every field by its name, every choice by its meaning.
 
 use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
-use picket_firmware::nucleo_f446re::words::gauge;
 use picket_firmware::nucleo_f446re::words::sampling::{self, Sampling};
 use picket_firmware::nucleo_f446re::words::waveform::{
     DAC_CR, DAC_REST, DAC_SR_UNDERRUN, DAC_STREAM, SyncInput, SyncOutput,
@@ -29,36 +28,6 @@ fn says<REG: RegisterSpec<Ux = u32> + Readable>(
     // SAFETY: a register is a cell of its width, and this one is only memory.
     let register = unsafe { &*memory.get().cast::<Reg<REG>>() };
     asks(&register.read())
-}
-
-#[test]
-fn clocks_that_are_held_against_each_other() {
-    use chip::{rcc, tim5, tim11};
-    let apb2 = word(|w: &mut rcc::apb2enr::W| w.tim11en().enabled());
-    // SAFETY: the number fits its field.
-    let eighth = word(|w: &mut rcc::cfgr::W| unsafe { w.rtcpre().bits(8) });
-    assert_eq!((gauge::APB2, gauge::EIGHTH), (apb2, eighth));
-    // SAFETY: the numbers fit their fields.
-    let inputs = unsafe {
-        [
-            word(|w: &mut tim11::or::W| w.rmp().bits(2)),
-            word(|w: &mut tim5::or::W| w.it4_rmp().bits(1)),
-        ]
-    };
-    assert_eq!([gauge::TIM11_INPUT, gauge::TIM5_INPUT], inputs);
-    // SAFETY: the numbers fit their fields.
-    let captures = unsafe {
-        [
-            word(|w: &mut tim11::ccmr1_input::W| w.cc1s().bits(1).ic1psc().bits(3)),
-            word(|w: &mut tim5::ccmr2_input::W| w.cc4s().bits(1).ic4psc().bits(3)),
-        ]
-    };
-    assert_eq!([gauge::TIM11_CAPTURE, gauge::TIM5_CAPTURE], captures);
-    let channels = [
-        word(|w: &mut tim11::ccer::W| w.cc1e().set_bit()),
-        word(|w: &mut tim5::ccer::W| w.cc4e().set_bit()),
-    ];
-    assert_eq!([gauge::TIM11_ENABLE, gauge::TIM5_ENABLE], channels);
 }
 
 #[test]
