@@ -1,4 +1,4 @@
-//! The independent watchdog and the brown-out reset, which recover a hung instrument.
+//! The independent watchdog, which recovers a hung instrument.
 
 use picket_wire::boot::Causes;
 
@@ -46,17 +46,6 @@ impl Watchdog {
 /// The watchdog that the images use.
 pub const WATCHDOG: Watchdog = Watchdog::after(4_000);
 
-/// The mask of BOR_LEV in FLASH_OPTCR (RM 3.8.5).
-const BOR_LEVEL: u32 = 3 << 2;
-
-/// The option word that resets the chip below 2.7 V, where flash can no longer be written by words
-/// (BOR level 3, code 0). `None` if `optcr` already has this level: the image that sets it programs the
-/// option bytes once in a chip's life.
-pub const fn brown_out(optcr: u32) -> Option<u32> {
-    // Bits 0 and 1 are OPTLOCK and OPTSTRT: commands, not options.
-    if optcr & BOR_LEVEL == 0 { None } else { Some(optcr & !BOR_LEVEL & !3) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -70,12 +59,5 @@ mod tests {
         assert!(fast > LONGEST_MS);
         assert!(Watchdog::after(u32::MAX).reload <= 0xFFF);
         assert_eq!(WATCHDOG.milliseconds(0), u32::MAX);
-    }
-
-    // RM 3.8.5: reset value 0x0FFF AAED, BOR_LEV 3:2 = 11 off.
-    #[test]
-    fn brown_out_is_set_once() {
-        assert_eq!(brown_out(0x0FFF_AAED), Some(0x0FFF_AAE0));
-        assert_eq!(brown_out(0x0FFF_AAE1), None);
     }
 }
