@@ -51,12 +51,6 @@ const CONVERSION: u32 = 12;
 /// converter's clock.
 const SLACK: u32 = 3;
 
-/// TIMx_CR2, MMS 6:4 = 2: the update event is the trigger output (RM 17.4.2).
-pub const TIMER_CR2_UPDATE: u32 = 2 << 4;
-/// TIMx_SMCR: counts the rises of ITR2 (TS 6:4 = 2, SMS 2:0 = 7), which is TIM3 for TIM2 and TIM4
-/// (RM 17.4.3, table 101).
-pub const TIMER_SMCR_COUNT_TIM3: u32 = 2 << 4 | 7;
-
 /// Cycles of the converter's clock from a conversion to the next, for this number of wanted cycles.
 fn apart(wanted: u32) -> u32 {
     let shortest = SAMPLING_CYCLES[0] + CONVERSION;
