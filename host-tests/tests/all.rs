@@ -25,7 +25,6 @@ mod panic_free;
 mod pipeline;
 mod protocol;
 mod recordings;
-mod registers;
 mod sigma_jumps;
 mod solver;
 mod sweep;

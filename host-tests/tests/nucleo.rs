@@ -18,6 +18,7 @@ use picket_dsp::solve::equations::Chirp;
 use picket_dsp::tone::Verdict;
 use picket_dsp::tracker::Tracker;
 use picket_firmware::instrument::plan::Plan;
+use picket_firmware::nucleo_f446re::PLAYED;
 use picket_firmware::nucleo_f446re::words::Words;
 use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
 use picket_firmware::nucleo_f446re::words::sampling::{BLOCK_CYCLES, WORST_CYCLES};
@@ -169,12 +170,12 @@ fn thousands_of_blocks_and_every_record_right() {
     board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
     assert!(boot(&mut board).measuring);
     let mut here = Here::<Real>::new(&settings);
-    // The register words that the settings ask for are those that stand in the registers.
-    let words = here.words.sampling.converter(&tree());
-    let stream = here.words.sampling.stream().control;
-    let expected =
-        [stream | 1, N as u32, 0x4001_204C, words.cr1, words.cr2, words.smpr2, words.sqr3];
-    assert_eq!(board.registers().unwrap()[..7], expected);
+    // What the settings ask for stands in the registers (RM0390, 9.5 and 13.13): the stream's control, length and source, then
+    // ADC_CR1, CR2, SMPR2 and SQR3.
+    let times = 0o11 * u32::from(here.words.sampling.time);
+    let stream = [0x0007_2D17, N as u32, PLAYED as u32 + 0x44C];
+    let converter = [0x0400_0000, 0x1800_0301, times, 0];
+    assert_eq!(board.registers().unwrap()[..7], [&stream[..], &converter[..]].concat());
     let started = std::time::Instant::now();
     let mut good = 0;
     for number in 0..count {

@@ -7,9 +7,6 @@
 use crate::console::Console;
 use crate::emulator::RunError;
 use crate::toolchain::{self, Firmware, Profile, Target, io_error};
-use picket_firmware::nucleo_f446re::words::sampling::{
-    ADC_SR_OVR, STREAM_0_COMPLETE, STREAM_CT, STREAM_EN,
-};
 use std::io::{BufRead, BufReader, Write};
 #[cfg(not(unix))]
 use std::net::TcpStream as Stream;
@@ -46,6 +43,14 @@ mod at {
     /// NVIC_ISPR.
     pub const PENDING: u32 = 0xE000_E200;
 }
+
+/// DMA_SxCR (RM 9.5.5), EN, and CT: the slot being filled.
+const STREAM_EN: u32 = 1;
+const STREAM_CT: u32 = 1 << 19;
+/// DMA_LISR (RM 9.5.1), TCIF0.
+const STREAM_0_COMPLETE: u32 = 1 << 5;
+/// ADC_SR (RM 13.13.1), OVR.
+const ADC_SR_OVR: u32 = 1 << 5;
 
 /// The interrupt of DMA2's stream 0, and of the converters.
 const STREAM_IRQ: u32 = 56;

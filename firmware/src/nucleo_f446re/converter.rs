@@ -5,13 +5,13 @@
 //! the stream with an error, so a late interrupt cannot silently spoil a block.
 
 use super::chirp;
-use super::registers::{adc_common, adc1, adc2, clear, dma2, enable, put, wait};
+use super::registers::{adc_common, adc1, adc2, dma2, enable, wait};
 use super::start::ticks;
 use super::words::Words;
 use super::words::clock::Tree;
 use super::words::passage::{Elapsed, Look, Passage};
 use super::words::pulses::Rises;
-use super::words::sampling::{ADC_SR_OVR, ConverterWords, STREAM_0_FLAGS, STREAM_CT, STREAM_EN};
+use super::words::sampling::Sampling;
 use super::{N, SLOT, SLOTS};
 use crate::instrument::plan::Plan;
 use crate::shared::{self, Shared};
@@ -20,6 +20,10 @@ use picket_dsp::acquire::frontend::{Blocks, Counters, Dma, FrontEnd, Status, Tim
 use static_cell::ConstStaticCell;
 use stm32f4::stm32f446 as pac;
 
+/// The inputs: ADC1's is PA0, Arduino A0, and ADC2's PA1, A1 (DS table 10).
+const IN_PHASE: u8 = 0;
+const QUADRATURE: u8 = 1;
+
 /// Memory of a block with its guard.
 type Memory = [u32; SLOT];
 type Slot = crate::slot::Slot<SLOT>;
@@ -27,18 +31,18 @@ type Slot = crate::slot::Slot<SLOT>;
 /// The stream and the two slots that it fills.
 pub struct Chain {
     held: [Slot; 2],
-    /// The words of the stream and of the converters, and the length of a segment in samples.
-    control: u32,
-    converter: ConverterWords,
+    sampling: Sampling,
+    /// Whether the converters' clock is a quarter of their bus's, and not half of it.
+    quarter: bool,
+    /// Samples in a segment.
     length: u32,
-    iq: bool,
     passage: Passage,
     rises: Rises,
 }
 
 impl Chain {
     fn target(&self) -> bool {
-        dma2().st(0).cr().read().bits() & STREAM_CT != 0
+        dma2().st(0).cr().read().ct().bit()
     }
 
     /// Stops the stream, the sample clock, and every timer that counts it.
@@ -46,47 +50,63 @@ impl Chain {
         chirp::stop();
         self.rises.stop();
         // The converters' requests end with them, so that the next start is like the first.
-        put!(adc1().cr2(), 0);
-        put!(adc2().cr2(), 0);
-        put!(adc_common().ccr(), 0);
-        clear!(dma2().st(0).cr(), STREAM_EN);
+        adc1().cr2().reset();
+        adc2().cr2().reset();
+        adc_common().ccr().reset();
+        let control = dma2().st(0).cr();
+        control.modify(|_, w| w.en().disabled());
         // A transfer in progress ends within a few cycles. If not, the next block shows the error.
-        let _ = wait(|| dma2().st(0).cr().read().bits() & STREAM_EN == 0);
-        put!(dma2().lifcr(), STREAM_0_FLAGS);
+        let _ = wait(|| !control.read().en().bit());
+        dma2().lifcr().write(|w| {
+            w.ctcif0().clear().chtif0().clear().cteif0().clear().cdmeif0().clear().cfeif0().clear()
+        });
     }
 
     /// Starts at the first sample of a chirp.
     fn start(&mut self) {
         chirp::rewind();
         let stream = dma2().st(0);
-        let (
-            ConverterWords { common, cr1, cr2, second_cr2, smpr2, sqr3, second_sqr3 },
-            [first, second],
-        ) = (self.converter, &self.held);
-        // ADC_DR at 0x4C, ADC_CDR at 0x308 (RM 13.13.14, 13.13.17).
-        put!(stream.par(), if self.iq { 0x4001_2308 } else { 0x4001_204C });
-        put!(stream.m0ar(), first.address());
-        put!(stream.m1ar(), second.address());
-        put!(stream.ndtr(), self.length as u16 as u32);
-        // Direct mode: no FIFO.
-        put!(stream.fcr(), 0);
-        put!(stream.cr(), self.control);
+        let [first, second] = &self.held;
+        let Sampling { iq, continuous, .. } = self.sampling;
+        let result = if iq { adc_common().cdr().as_ptr() } else { adc1().dr().as_ptr() };
+        // SAFETY: the stream reads the converters' result, and writes into slots that it alone has: as many results as fit.
+        unsafe {
+            stream.par().write(|w| w.pa().bits(result.expose_provenance() as u32));
+            stream.m0ar().write(|w| w.m0a().bits(first.address()));
+            stream.m1ar().write(|w| w.m1a().bits(second.address()));
+        }
+        stream.ndtr().write(|w| w.ndt().set(self.length as u16));
+        // No FIFO.
+        stream.fcr().write(|w| w.dmdis().enabled().fth().quarter());
+        stream.cr().write(|w| {
+            // Channel 0 is ADC1 (RM 9.3.4, table 29).
+            w.chsel().set(0).dbm().enabled().pl().very_high().minc().incremented();
+            w.circ().enabled().tcie().enabled().teie().enabled().dmeie().enabled();
+            if iq {
+                w.msize().bits32().psize().bits32()
+            } else {
+                w.msize().bits16().psize().bits16()
+            }
+        });
         // The barrier puts the slots in memory before the stream writes them.
         cortex_m::asm::dmb();
-        put!(stream.cr(), self.control | STREAM_EN);
-        put!(adc_common().ccr(), common);
-        put!(adc1().sr(), 0);
-        put!(adc1().cr1(), cr1);
-        put!(adc1().smpr2(), smpr2);
-        put!(adc1().sqr3(), sqr3);
-        if self.iq {
-            put!(adc2().sr(), 0);
-            put!(adc2().cr1(), cr1);
-            put!(adc2().smpr2(), smpr2);
-            put!(adc2().sqr3(), second_sqr3);
-            put!(adc2().cr2(), second_cr2);
+        stream.cr().modify(|_, w| w.en().enabled());
+        adc_common().ccr().write(|w| {
+            if iq {
+                w.multi().dual_r().dma().mode2().dds().continuous();
+            }
+            if self.quarter { w.adcpre().div4() } else { w.adcpre().div2() }
+        });
+        self.prepare(adc1(), IN_PHASE);
+        if iq {
+            self.prepare(adc2(), QUADRATURE);
+            // ADC1's trigger drives ADC2.
+            adc2().cr2().write(|w| w.adon().enabled().cont().bit(continuous));
         }
-        put!(adc1().cr2(), cr2);
+        adc1().cr2().write(|w| {
+            w.adon().enabled().cont().bit(continuous).dma().bit(!iq).dds().bit(!iq);
+            w.extsel().tim3trgo().exten().rising_edge()
+        });
         // The converters settle in 3 us (DS 6.3.20): 540 cycles at most.
         cortex_m::asm::delay(600);
         if chirp::gated() {
@@ -97,6 +117,16 @@ impl Chain {
         }
         chirp::run();
         self.passage.begin(ticks());
+    }
+
+    /// Prepares a converter for one conversion of an input at a time.
+    fn prepare(&self, adc: &pac::adc1::RegisterBlock, input: u8) {
+        adc.sr().reset();
+        adc.cr1().write(|w| w.ovrie().enabled());
+        let time = self.sampling.time;
+        adc.smpr2().write(|w| w.smp0().set(time).smp1().set(time));
+        // SAFETY: the converter has this input.
+        adc.sqr3().write(|w| unsafe { w.sq1().bits(input) });
     }
 
     /// Follows the sync input. Returns whether a chirp lacks samples.
@@ -129,11 +159,16 @@ impl Dma for Chain {
     fn status(&mut self) -> Status {
         // The order matters, see `Look`.
         let now = ticks();
-        let flags = dma2().lisr().read().bits() & STREAM_0_FLAGS;
+        let flags = dma2().lisr().read();
         let target = self.target();
-        put!(dma2().lifcr(), flags);
-        let adc_overrun = (adc1().sr().read().bits() | adc2().sr().read().bits()) & ADC_SR_OVR != 0;
-        self.passage.status(Look { now, flags, target, adc_overrun, underrun: chirp::underrun() })
+        let (complete, transfer, mode) =
+            (flags.tcif0().bit(), flags.teif0().bit(), flags.dmeif0().bit());
+        dma2()
+            .lifcr()
+            .write(|w| w.ctcif0().bit(complete).cteif0().bit(transfer).cdmeif0().bit(mode));
+        let adc_overrun = adc1().sr().read().ovr().bit() || adc2().sr().read().ovr().bit();
+        let broken = transfer || mode || chirp::underrun();
+        self.passage.status(Look { now, complete, target, broken, adc_overrun })
     }
 
     fn exchange(&mut self, empty: Slot) -> Result<Slot, Slot> {
@@ -142,15 +177,18 @@ impl Dma for Chain {
         // The barrier completes all reads of the controller's data before the addresses change.
         cortex_m::asm::dmb();
         let seen = self.passage.target();
-        let place = if seen {
-            put!(stream.m0ar(), empty.address());
-            first
-        } else {
-            put!(stream.m1ar(), empty.address());
-            second
+        // SAFETY: the stream alone has this slot until it is exchanged, and fills as many results as fit.
+        let place = unsafe {
+            if seen {
+                stream.m0ar().write(|w| w.m0a().bits(empty.address()));
+                first
+            } else {
+                stream.m1ar().write(|w| w.m1a().bits(empty.address()));
+                second
+            }
         };
         let full = core::mem::replace(place, empty);
-        if (dma2().st(0).cr().read().bits() & STREAM_CT != 0) == seen {
+        if stream.cr().read().ct().bit() == seen {
             return Ok(full);
         }
         // The stream has meanwhile turned to this slot, and the address in use is unknown.
@@ -217,14 +255,12 @@ pub fn start(plan: &Plan<N>, words: &Words, tree: &Tree) -> Option<Blocks<'stati
         ConstStaticCell::new(FrontEnd::new());
     let mut slots = MEMORY.iter().filter_map(|cell| cell.try_take().map(Slot::new));
     let [a, b, c] = [slots.next()?, slots.next()?, slots.next()?];
-    let sampling = &words.sampling;
     let timing: Timing = plan.timing;
     let chain = Chain {
         held: [a, b],
-        control: sampling.stream().control,
-        converter: sampling.converter(tree),
+        sampling: words.sampling,
+        quarter: tree.apb2_hz > 2 * tree.adc_hz,
         length: plan.length,
-        iq: sampling.iq,
         rises: Rises::default(),
         passage: Passage::new(
             timing.segments.len(),

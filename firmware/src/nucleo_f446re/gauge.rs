@@ -1,11 +1,9 @@
 //! Measures clocks by each other, see [`words::gauge`](super::words::gauge).
 
-use super::registers::{clear, enable, put, pwr, rcc, set, tim5, tim11, wait};
+use super::registers::{enable, pwr, rcc, tim5, tim11, wait};
 use super::words::clock::HSE_HZ;
 use super::words::gauge::{
-    APB2, EIGHTH, PROBE_CAPTURES, START_CAPTURES, TIM5_CAPTURE, TIM5_ENABLE, TIM5_INPUT,
-    TIM5_INTERRUPT, TIM11_CAPTURE, TIM11_ENABLE, TIM11_INPUT, WATCHDOG_CAPTURES, hz, period_fits,
-    probe_fits,
+    PROBE_CAPTURES, START_CAPTURES, WATCHDOG_CAPTURES, hz, period_fits, probe_fits,
 };
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use cortex_m::peripheral::NVIC;
@@ -34,32 +32,33 @@ fn probe_ticks(captures: u32) -> Option<u32> {
 /// Ticks of TIM11, at the core's clock, in this number of captures of the probe's clock; `None` if it does not come. 1,000 captures take 8
 /// ms.
 fn probe_captured(captures: u32) -> Option<u32> {
-    set!(rcc().apb2enr(), APB2);
-    set!(rcc().cfgr(), EIGHTH);
+    rcc().apb2enr().modify(|_, w| w.tim11en().enabled());
+    // 1 MHz of the probe's 8 MHz, which is channel 1's input.
+    rcc().cfgr().modify(|_, w| w.rtcpre().set(8));
     let timer = tim11();
-    put!(timer.or(), TIM11_INPUT);
-    put!(timer.ccmr1_input(), TIM11_CAPTURE);
-    put!(timer.ccer(), TIM11_ENABLE);
-    put!(timer.arr(), 0xFFFF);
-    put!(timer.cr1(), 1);
-    // CC1IF 1, which reading the value clears, and CC1OF 9: a capture was overwritten.
-    let next = || {
-        wait(|| timer.sr().read().bits() & 1 << 1 != 0).then(|| timer.ccr1().read().bits() as u16)
-    };
+    // SAFETY: the number fits its field.
+    timer.or().write(|w| unsafe { w.rmp().bits(2) });
+    timer.ccmr1_input().write(|w| w.cc1s().ti1().ic1psc().eight_events());
+    timer.ccer().write(|w| w.cc1e().enabled());
+    timer.arr().write(|w| w.arr().set(u16::MAX));
+    timer.cr1().write(|w| w.cen().enabled());
+    // Reading the value clears the flag.
+    let next =
+        || wait(|| timer.sr().read().cc1if().bit()).then(|| timer.ccr1().read().ccr().bits());
     // A measurement before may have left a capture.
     let _ = timer.ccr1().read().bits();
     let mut whole = 0_u32;
     let mut last = next();
-    put!(timer.sr(), 0);
+    timer.sr().reset();
     for _ in 0..captures {
         let now = next();
         let (Some(from), Some(to)) = (last, now) else { break };
         whole = whole.wrapping_add(u32::from(to.wrapping_sub(from)));
         last = now;
     }
-    let missed = timer.sr().read().bits() & 1 << 9 != 0;
-    put!(timer.cr1(), 0);
-    clear!(rcc().apb2enr(), APB2);
+    let missed = timer.sr().read().cc1of().bit();
+    timer.cr1().reset();
+    rcc().apb2enr().modify(|_, w| w.tim11en().disabled());
     (last.is_some() && !missed).then_some(whole)
 }
 
@@ -78,37 +77,37 @@ static TRUSTED: AtomicBool = AtomicBool::new(false);
 /// Captures the watchdog's oscillator from now on.
 pub fn capture() {
     let timer = tim5();
-    put!(timer.or(), TIM5_INPUT);
-    put!(timer.ccmr2_input(), TIM5_CAPTURE);
-    // Channel 4 captures; channel 1 goes on waking the core.
-    set!(timer.ccer(), TIM5_ENABLE);
+    // The oscillator is channel 4's input; channel 1 goes on waking the core.
+    // SAFETY: the number fits its field.
+    timer.or().write(|w| unsafe { w.it4_rmp().bits(1) });
+    timer.ccmr2_input().write(|w| w.cc4s().ti4().ic4psc().eight_events());
+    timer.ccer().modify(|_, w| w.cc4e().enabled());
 }
 
 /// Begins a look: the next two captures interrupt.
 pub fn look() {
     BEGUN.store(false, Relaxed);
-    set!(tim5().dier(), TIM5_INTERRUPT);
+    tim5().dier().modify(|_, w| w.cc4ie().enabled());
 }
 
 /// Takes a capture, if one waits. Returns whether the oscillator, by a timer of `timer_hz`, has left its tolerance: it or the clock that
 /// drives the timer has changed.
 pub fn changed(timer_hz: u32) -> bool {
     let timer = tim5();
-    let flags = timer.sr().read().bits();
-    // CC4IF 4, which has the bit of its interrupt's enable, and CC4OF 12.
-    if flags & timer.dier().read().bits() & TIM5_INTERRUPT == 0 {
+    let flags = timer.sr().read();
+    if !flags.cc4if().bit() || !timer.dier().read().cc4ie().bit() {
         return false;
     }
     let now = timer.ccr4().read().bits();
     let ticks = now.wrapping_sub(FROM.load(Relaxed));
     FROM.store(now, Relaxed);
-    put!(timer.sr(), !(1 << 12));
+    timer.sr().write(|w| w.cc4of().clear());
     // A capture that was overwritten is not next to the following one.
-    if !BEGUN.load(Relaxed) || flags & 1 << 12 != 0 {
+    if !BEGUN.load(Relaxed) || flags.cc4of().bit() {
         BEGUN.store(true, Relaxed);
         return false;
     }
-    clear!(timer.dier(), TIM5_INTERRUPT);
+    timer.dier().modify(|_, w| w.cc4ie().disabled());
     let fits = period_fits(ticks, timer_hz);
     let trusted = TRUSTED.load(Relaxed);
     TRUSTED.store(trusted | fits, Relaxed);
@@ -137,8 +136,7 @@ pub fn watchdog_hz(timer_hz: u32) -> Option<f64> {
 /// Ticks of TIM5 in so many captures of the watchdog's oscillator; `None` if it does not come.
 fn captured_ticks(captures: u32) -> Option<u32> {
     let timer = tim5();
-    let next =
-        || wait(|| timer.sr().read().bits() & 1 << 4 != 0).then(|| timer.ccr4().read().bits());
+    let next = || wait(|| timer.sr().read().cc4if().bit()).then(|| timer.ccr4().read().bits());
     let _ = next();
     let first = next();
     let mut last = first;

@@ -1,4 +1,4 @@
-//! The NUCLEO-F446RE. This module writes the words that [`words`] computes.
+//! The NUCLEO-F446RE. This module writes to its registers what [`words`] decides.
 //!
 //! With the feature `played` the image runs on QEMU's STM32F405, which has neither converters nor DMA. Their registers are then a piece of
 //! memory ([`PLAYED`]), in which the host plays them. The played samples are exact, so sigma does not cover QEMU's fallback clock. Nothing

@@ -1,35 +1,7 @@
-//! The chip's registers by name, and the macros that write them.
+//! The chip's registers by name.
 
 use super::PLAYED;
 use stm32f4::stm32f446 as pac;
-
-/// Writes a word to a register.
-macro_rules! put {
-    ($register:expr, $word:expr) => {
-        // SAFETY: `words` computes this word for this register, or the caller names its bits. The access is volatile, and only one place
-        // writes the register at a time: only `converter` and `chirp` use the registers of the DMA. Some registers have 16 bits, and words
-        // that fit.
-        $register.write(|w| unsafe { w.bits($word as _) })
-    };
-}
-
-/// Sets bits in a register.
-macro_rules! set {
-    ($register:expr, $bits:expr) => {{
-        let word = $register.read().bits();
-        $crate::nucleo_f446re::registers::put!($register, word | $bits);
-    }};
-}
-
-/// Clears bits in a register.
-macro_rules! clear {
-    ($register:expr, $bits:expr) => {{
-        let word = $register.read().bits();
-        $crate::nucleo_f446re::registers::put!($register, word & !$bits);
-    }};
-}
-
-pub(crate) use {clear, put, set};
 
 /// Access to the registers of a peripheral.
 macro_rules! peripheral {

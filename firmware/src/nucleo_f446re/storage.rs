@@ -1,6 +1,6 @@
 //! Settings in two sectors of flash behind the vector table, and the program's own checksum.
 
-use super::registers::{flash, put};
+use super::registers::flash;
 use super::start::within;
 use super::words::guard::LONGEST_MS;
 use crate::instrument::checksum;
@@ -9,7 +9,7 @@ use core::ptr::{read_volatile, write_volatile};
 
 /// Sectors 1 and 2, 16 KiB each (RM 3.3, table 4), whose erasure takes a quarter of that of the large ones: memory.x keeps the program
 /// out of them.
-const PAGES: [(usize, u32); 2] = [(0x0800_4000, 1), (0x0800_8000, 2)];
+const PAGES: [(usize, u8); 2] = [(0x0800_4000, 1), (0x0800_8000, 2)];
 /// Words of a page in use.
 const WORDS: usize = 256;
 
@@ -21,14 +21,12 @@ pub struct Flash;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Refused(pub u32);
 
-/// FLASH_CR (RM 3.8.4): PG 0, SER 1, SNB 6:3, PSIZE 9:8 = 2 words, STRT 16, LOCK 31.
-const WORDWISE: u32 = 2 << 8;
 /// FLASH_SR (RM 3.8.3): BSY 16, errors 8:4 and 1.
 const BUSY: u32 = 1 << 16;
 const ERRORS: u32 = 0x1F2;
 
 impl Flash {
-    fn place(page: Page) -> (usize, u32) {
+    fn place(page: Page) -> (usize, u8) {
         let [a, b] = PAGES;
         match page {
             Page::A => a,
@@ -36,23 +34,25 @@ impl Flash {
         }
     }
 
-    /// Runs `work` with the controller unlocked.
-    fn unlocked(&mut self, control: u32, work: impl FnOnce()) -> Result<(), Refused> {
+    /// Runs `work` with the controller unlocked, and waits for its end.
+    fn unlocked(&mut self, work: impl FnOnce()) -> Result<(), Refused> {
         const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
         // The core stalls while flash is busy, unless the executed code is in its cache. Either way the timer goes on.
-        let ready = || within(LONGEST_MS + 200, || flash().sr().read().bits() & BUSY == 0);
+        let ready = || within(LONGEST_MS + 200, || !flash().sr().read().bsy().bit());
         if !ready() {
             return Err(Refused(BUSY));
         }
         KEYS.iter().for_each(|&key| {
-            put!(flash().keyr(), key);
+            flash().keyr().write(|w| w.set(key));
         });
-        put!(flash().sr(), ERRORS);
-        put!(flash().cr(), control);
+        flash().sr().write(|w| {
+            w.operr().clear().wrperr().clear().pgaerr().clear();
+            w.pgperr().clear().pgserr().clear().rderr().clear()
+        });
         work();
         let done = ready();
         let errors = flash().sr().read().bits() & ERRORS;
-        put!(flash().cr(), 1 << 31);
+        flash().cr().write(|w| w.lock().locked());
         if done && errors == 0 { Ok(()) } else { Err(Refused(errors)) }
     }
 }
@@ -70,15 +70,18 @@ impl Storage for Flash {
 
     fn erase(&mut self, page: Page) -> Result<(), Refused> {
         let (_, sector) = Self::place(page);
-        let control = WORDWISE | 1 << 1 | sector << 3;
-        let done = self.unlocked(control, || {
-            put!(flash().cr(), control | 1 << 16);
+        let done = self.unlocked(|| {
+            flash().cr().write(|w| {
+                // SAFETY: the chip has a sector of this number.
+                unsafe { w.snb().bits(sector) };
+                w.psize().psize32().ser().sector_erase().lock().unlocked()
+            });
+            flash().cr().modify(|_, w| w.strt().start());
         });
-        // DCEN 10, DCRST 12: the data cache may hold the old words (RM 3.4.2).
-        let access = flash().acr().read().bits();
-        put!(flash().acr(), access & !(1 << 10));
-        put!(flash().acr(), access & !(1 << 10) | 1 << 12);
-        put!(flash().acr(), access);
+        // The data cache may hold the old words (RM 3.4.2).
+        flash().acr().modify(|_, w| w.dcen().disabled());
+        flash().acr().modify(|_, w| w.dcrst().reset());
+        flash().acr().modify(|_, w| w.dcrst().no_reset().dcen().enabled());
         done
     }
 
@@ -87,7 +90,8 @@ impl Storage for Flash {
         if index >= WORDS {
             return Err(Refused(0));
         }
-        self.unlocked(WORDWISE | 1, || {
+        self.unlocked(|| {
+            flash().cr().write(|w| w.psize().psize32().pg().program().lock().unlocked());
             // SAFETY: the address is erased flash of the page, unlocked for writing words; nothing
             // else refers to it.
             unsafe {

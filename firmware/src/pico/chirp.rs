@@ -2,9 +2,9 @@
 //! levels round and round.
 
 use super::converter::{off, rest};
-use super::registers::{dma, put, pwm};
+use super::registers::{control, dma, put, pwm, single};
 use super::waveform::{Count, PLACES, Waveform};
-use super::words::{PLAY, PLAYED, REWIND, REWOUND};
+use super::words::{PLAYED, REWOUND};
 use core::sync::atomic::{AtomicU32, Ordering};
 use static_cell::ConstStaticCell;
 
@@ -33,10 +33,10 @@ impl Chirp {
 
     /// Stops, with both outputs low: a slice that stands takes over a level at once.
     pub fn stop(&self) {
-        put!(pwm().en(), 0);
+        pwm().en().reset();
         for slice in [SYNC, RAMP] {
-            put!(pwm().ch(slice).ctr(), 0);
-            put!(pwm().ch(slice).cc(), 0);
+            pwm().ch(slice).ctr().reset();
+            pwm().ch(slice).cc().reset();
         }
         off::<PLAYED>();
         off::<REWOUND>();
@@ -52,30 +52,33 @@ impl Chirp {
         let first = self.levels.get(before).copied().unwrap_or(0);
         for (slice, (count, level)) in [(SYNC, sync), (RAMP, (self.count, first.into()))] {
             let slice = pwm().ch(slice);
-            put!(slice.csr(), 0);
+            slice.csr().reset();
             put!(slice.div(), count.divider);
             put!(slice.top(), count.top);
-            put!(slice.ctr(), 0);
+            slice.ctr().reset();
             put!(slice.cc(), level);
         }
         let (played, rewound) = (dma().ch(PLAYED), dma().ch(REWOUND));
         // Requests of an earlier chirp.
-        put!(dma().ch3_dbg_ctdreq(), 0);
+        dma().ch3_dbg_ctdreq().reset();
         put!(played.ch_write_addr(), pwm().ch(RAMP).cc().as_ptr() as u32);
         put!(played.ch_trans_count(), self.levels.len() as u32);
-        put!(played.ch_al1_ctrl(), PLAY);
+        // A half word for each period of slice 7. The end starts the channel that rewinds.
+        played.ch_al1_ctrl().write(|w| {
+            let w = control(w, REWOUND).high_priority().set_bit();
+            w.incr_read().set_bit().data_size().size_halfword().treq_sel().pwm_wrap7()
+        });
         put!(rewound.ch_read_addr(), FIRST.as_ptr().expose_provenance() as u32);
         put!(rewound.ch_write_addr(), played.ch_al3_read_addr_trig().as_ptr() as u32);
         put!(rewound.ch_trans_count(), 1);
-        put!(rewound.ch_al1_ctrl(), REWIND);
+        rewound.ch_al1_ctrl().write(|w| single(w, REWOUND));
         // The rewinding channel gives the playing one its address, and starts it.
         put!(dma().multi_chan_trigger(), 1 << REWOUND);
     }
 
     /// Starts both slices at once. Call it with interrupts masked: the second level must be there when the first sample ends.
     pub fn run(&self) {
-        let sync = if self.sync.is_some() { 1 << SYNC } else { 0 };
-        put!(pwm().en(), 1 << RAMP | sync);
+        pwm().en().write(|w| w.ch7().set_bit().ch6().bit(self.sync.is_some()));
         let second = self.levels.last().copied().unwrap_or(0);
         put!(pwm().ch(RAMP).cc(), second.into());
     }

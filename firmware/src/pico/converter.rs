@@ -7,9 +7,9 @@
 use super::chirp::Chirp;
 use super::elapsed::{Elapsed, Pulsed};
 use super::pulse::Pulse;
-use super::registers::{adc, dma, enable, put, wait};
+use super::registers::{adc, control, dma, enable, failed, put, single, wait};
 use super::start::ticks;
-use super::words::{BOTH, CHAINED, ERRORS, FIFO, TURNED, TURNS, Words, chained};
+use super::words::{BOTH, CHAINED, TURNED, Words};
 use super::{N, SLOT, SLOTS, line};
 use crate::instrument::plan::Plan;
 use crate::progress::Progress;
@@ -109,10 +109,6 @@ fn fills(second: bool) -> bool {
     busy(of(TURNED, second)) || busy(of(CHAINED, second))
 }
 
-fn failed(second: bool) -> bool {
-    dma().ch(of(CHAINED, second)).ch_ctrl_trig().read().bits() & ERRORS != 0
-}
-
 /// Notes the next slot of a channel.
 fn note(second: bool, slot: &Slot) {
     of(NEXT.each_ref(), second).store(slot.address(), Ordering::Relaxed);
@@ -124,15 +120,13 @@ fn note(second: bool, slot: &Slot) {
 /// Turns a channel off, so that no other starts it, before it is aborted: an abort may complete it, and start the channel that it names
 /// (RP2040-E13).
 pub fn off<const CHANNEL: usize>() {
-    let control = dma().ch(CHANNEL).ch_al1_ctrl();
-    // EN 0; the error flags are cleared by ones.
-    put!(control, control.read().bits() & !(ERRORS | 1));
+    dma().ch(CHANNEL).ch_al1_ctrl().modify(|_, w| w.en().clear_bit());
 }
 
 /// Waits until an aborted channel rests, and forgets its control word.
 pub fn rest<const CHANNEL: usize>() {
     let _ = wait(|| !busy(CHANNEL));
-    put!(dma().ch(CHANNEL).ch_al1_ctrl(), 0);
+    dma().ch(CHANNEL).ch_al1_ctrl().reset();
 }
 
 impl Chain {
@@ -141,8 +135,8 @@ impl Chain {
         if let Time::Pulsed(pulse, pulsed, open) = &mut self.time {
             *open |= pulse.stop(pulsed);
         }
-        // EN 0 stays, START_MANY 3 and the turns end. READY 8: no conversion is under way.
-        put!(adc().cs(), 1);
+        // It stays on, and its turns end. It is ready when no conversion is under way.
+        adc().cs().write(|w| w.en().set_bit());
         let _ = wait(|| adc().cs().read().ready().bit_is_set());
         // An abort may raise the interrupt (RP2040-E13).
         put!(dma().inte0(), 0);
@@ -172,7 +166,11 @@ impl Chain {
             let channel = dma().ch(of(CHAINED, second));
             put!(channel.ch_read_addr(), adc().fifo().as_ptr() as u32);
             put!(channel.ch_trans_count(), self.words.transfers());
-            put!(channel.ch_al1_ctrl(), chained(of(CHAINED, !second)));
+            // Half words from the converter. The end starts the channel that turns to the other one.
+            channel.ch_al1_ctrl().write(|w| {
+                let w = control(w, of(TURNED, !second)).high_priority().set_bit();
+                w.incr_write().set_bit().data_size().size_halfword().treq_sel().adc()
+            });
             let turn = dma().ch(of(TURNED, second));
             put!(
                 turn.ch_read_addr(),
@@ -180,14 +178,19 @@ impl Chain {
             );
             put!(turn.ch_write_addr(), channel.ch_al2_write_addr_trig().as_ptr() as u32);
             put!(turn.ch_trans_count(), 1);
-            put!(turn.ch_al1_ctrl(), of(TURNS, second));
+            turn.ch_al1_ctrl().write(|w| single(w, of(TURNED, second)));
             note(second, slot);
         }
         (self.last, self.stopped) = (true, false);
         put!(dma().inte0(), BOTH);
         put!(dma().multi_chan_trigger(), 1 << TURNED[0]);
         put!(adc().div(), self.words.divider());
-        put!(adc().fcs(), FIFO);
+        adc().fcs().write(|w| {
+            w.en().set_bit().dreq_en().set_bit();
+            w.over().clear_bit_by_one().under().clear_bit_by_one();
+            // SAFETY: the FIFO has places for more than one sample.
+            unsafe { w.thresh().bits(1) }
+        });
         if let Some(chirp) = &self.chirp {
             chirp.rewind();
         }
@@ -217,7 +220,8 @@ impl Dma for Chain {
             // Of the two, the channel that does not run completed last.
             _ => fills(false),
         };
-        let broken = failed(false) || failed(true);
+        let [one, other] = CHAINED;
+        let broken = failed(one) || failed(other);
         let completed = match flags {
             _ if broken => self.time.ended(ticks()),
             0 => 0,

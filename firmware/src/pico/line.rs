@@ -1,10 +1,11 @@
 //! UART0: a ring that a DMA channel empties; and what came from the hosts, here and at the other port. The program never waits for the line. A frame without
 //! room is dropped whole and counted.
 
+use super::converter::busy;
 use super::inbox::Inbox;
-use super::registers::{dma, enable, put, uart};
+use super::registers::{control, dma, enable, failed, put, uart};
 use super::start::within;
-use super::words::{ERRORS, OUT_BITS, TRANSMIT, TRANSMITTED};
+use super::words::{OUT_BITS, TRANSMIT};
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use cortex_m::interrupt::{Mutex, free};
@@ -65,13 +66,13 @@ impl Serial {
         let channel = dma().ch(TRANSMIT);
         put!(channel.ch_read_addr(), ring.as_ptr().expose_provenance() as u32);
         put!(channel.ch_write_addr(), uart().uartdr().as_ptr() as u32);
-        put!(channel.ch_al1_ctrl(), TRANSMITTED);
+        set();
         put!(dma().inte1(), 1 << TRANSMIT);
-        // TXDMAE 1.
-        put!(uart().uartdmacr(), 1 << 1);
-        // An interrupt at four bytes received, and after a pause: RXIFLSEL 5:3, RTIM 6, RXIM 4.
-        put!(uart().uartifls(), 0);
-        put!(uart().uartimsc(), 1 << 6 | 1 << 4);
+        uart().uartdmacr().write(|w| w.txdmae().set_bit());
+        // An interrupt at four bytes received, and after a pause.
+        // SAFETY: the levels have this number (DS 4.2.8).
+        uart().uartifls().write(|w| unsafe { w.rxiflsel().bits(0).txiflsel().bits(0) });
+        uart().uartimsc().write(|w| w.rtim().set_bit().rxim().set_bit());
         enable(pac::Interrupt::DMA_IRQ_1);
         enable(pac::Interrupt::UART0_IRQ);
         Some(Self { ring, left: 0 })
@@ -109,8 +110,8 @@ impl Serial {
 
     /// Waits, within bounded time, until the line has sent everything. Called before a reset.
     pub fn flush(&mut self) {
-        // The ring alone takes 23 ms. BUSY 3: the last bit is not out.
-        let _ = within(100, || unsent() == 0 && uart().uartfr().read().bits() & 1 << 3 == 0);
+        // The ring alone takes 23 ms. The port is busy until the last bit is out.
+        let _ = within(100, || unsent() == 0 && uart().uartfr().read().busy().bit_is_clear());
     }
 }
 
@@ -122,17 +123,25 @@ fn unsent() -> u32 {
     })
 }
 
+/// Sets the channel that feeds the port: bytes from the ring. Its end starts nothing.
+fn set() {
+    dma().ch(TRANSMIT).ch_al1_ctrl().write(|w| {
+        let w = control(w, TRANSMIT).incr_read().set_bit().treq_sel().uart0_tx();
+        // SAFETY: the ring has 2^OUT_BITS bytes, and is aligned to them.
+        unsafe { w.ring_size().bits(OUT_BITS) }
+    });
+}
+
 /// Gives the channel the bytes written since it started, unless it runs.
 fn tell() {
     free(|_| {
         let channel = dma().ch(TRANSMIT);
-        let state = channel.ch_ctrl_trig().read();
         let more = WRITTEN.load(Relaxed).wrapping_sub(TOLD.load(Relaxed));
-        if state.busy().bit_is_set() || more == 0 {
+        if busy(TRANSMIT) || more == 0 {
             return;
         }
-        if state.bits() & ERRORS != 0 {
-            put!(channel.ch_al1_ctrl(), TRANSMITTED);
+        if failed(TRANSMIT) {
+            set();
         }
         add(&TOLD, more);
         // The channel's address is where the last transfer ended.
@@ -160,14 +169,16 @@ pub fn hear(bytes: impl Iterator<Item = u8>) {
 /// Handles the interrupt of the port: bytes were received.
 pub extern "C" fn received() {
     inbox(|inbox| {
-        // The port's own queue has 32 places. RXFE 4: it is empty.
+        // The port's own queue has 32 places.
         for _ in 0..32 {
-            if uart().uartfr().read().bits() & 1 << 4 != 0 {
+            if uart().uartfr().read().rxfe().bit_is_set() {
                 break;
             }
             inbox.put(OWN, uart().uartdr().read().bits() as u8);
         }
-        // Errors, timeout and received bytes: bits 10:6 and 4.
-        put!(uart().uarticr(), 0x7D0);
+        uart().uarticr().write(|w| {
+            w.oeic().clear_bit_by_one().beic().clear_bit_by_one().peic().clear_bit_by_one();
+            w.feic().clear_bit_by_one().rtic().clear_bit_by_one().rxic().clear_bit_by_one()
+        });
     });
 }

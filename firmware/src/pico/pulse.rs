@@ -9,10 +9,11 @@
 
 use super::converter::{busy, off, rest};
 use super::elapsed::Pulsed;
-use super::registers::{adc, dma, io, pads, put, pwm, wait};
+use super::registers::{adc, dma, io, pads, put, pwm, single, wait};
 use super::waveform::Count;
-use super::words::{CORE_CYCLES, LINKED, LINKS, PLACES, Words};
+use super::words::{CORE_CYCLES, LINKS, PLACES, Words};
 use core::sync::atomic::{AtomicU32, Ordering};
+use rp2040_hal::pac::dma::ch::ch_al1_ctrl::TREQ_SEL_A::{self, PERMANENT, PWM_WRAP6, PWM_WRAP7};
 
 /// The slice that counts rises of GP13. Slice 7 counts a chirp.
 const RISES: usize = 6;
@@ -20,8 +21,10 @@ const GATE: usize = 7;
 /// Slice 6 before the wrap of the next rise.
 const READY: u32 = 0xFFFF;
 
-/// CHn_CSR, DIVMODE 5:4 (DS 4.5.3): rises of the slice's B input are counted, so that the slice does not drive this pin.
-const BY_RISES: u32 = 2 << 4;
+/// Lets slice 6 count the rises of its B input, so that it does not drive this pin (DS 4.5.3).
+fn count_rises() {
+    pwm().ch(RISES).csr().write(|w| w.divmode().rise());
+}
 
 /// A ring that a channel writes to.
 #[repr(align(64))]
@@ -58,13 +61,21 @@ fn address(word: &AtomicU32) -> u32 {
     word.as_ptr().expose_provenance() as u32
 }
 
-/// Sets up the channel of one link, with its control word.
-fn link<const CHANNEL: usize>(control: u32, read: u32, write: u32) {
+/// Sets up the channel of one link, which waits for a request, writes one word, and starts the next channel.
+fn link<const CHANNEL: usize>(next: usize, request: TREQ_SEL_A, read: u32, write: u32) {
     let channel = dma().ch(CHANNEL);
     put!(channel.ch_read_addr(), read);
     put!(channel.ch_write_addr(), write);
     put!(channel.ch_trans_count(), 1);
-    put!(channel.ch_al1_ctrl(), control);
+    channel.ch_al1_ctrl().write(|w| {
+        let w = single(w, next).treq_sel().variant(request);
+        if CHANNEL == LINKS[5] {
+            // SAFETY: the ring has 2^6 bytes, and is aligned to them.
+            unsafe { w.incr_write().set_bit().ring_sel().set_bit().ring_size().bits(6) }
+        } else {
+            w
+        }
+    });
 }
 
 /// The sync input.
@@ -85,10 +96,10 @@ impl Pulse {
     pub fn new(gate: Count, words: &Words) -> Self {
         DIVIDER.store(words.divider(), Ordering::Relaxed);
         CONVERTER_ON.store(words.start(), Ordering::Relaxed);
-        put!(pwm().ch(RISES).csr(), BY_RISES);
-        // IE 6, PDE 2, SCHMITT 1: an input with a pull-down. FUNCSEL 4:0 = 4: the PWM's.
-        put!(pads().gpio(13), 1 << 6 | 1 << 2 | 1 << 1);
-        put!(io().gpio(13).gpio_ctrl(), 4);
+        count_rises();
+        // As after a reset, an input with a pull-down.
+        pads().gpio(13).reset();
+        io().gpio(13).gpio_ctrl().write(|w| w.funcsel().pwm());
         Self { gate, armed: false, seen: 0, vain: 0, told: 0 }
     }
 
@@ -96,33 +107,35 @@ impl Pulse {
     pub fn arm(&mut self) {
         let (rises, gate) = (pwm().ch(RISES), pwm().ch(GATE));
         self.vain = self.vain.saturating_add(standing());
-        put!(pwm().en(), 0);
-        put!(rises.div(), 1 << 4);
-        put!(rises.top(), READY);
-        put!(rises.cc(), 0);
-        put!(rises.csr(), BY_RISES);
+        pwm().en().reset();
+        // Undivided, to the highest count.
+        rises.div().reset();
+        rises.top().reset();
+        rises.cc().reset();
+        count_rises();
         put!(rises.ctr(), READY);
         put!(gate.div(), self.gate.divider);
         put!(gate.top(), self.gate.top);
-        put!(gate.cc(), 0);
-        put!(gate.csr(), 0);
-        put!(gate.ctr(), 0);
+        gate.cc().reset();
+        gate.csr().reset();
+        gate.ctr().reset();
         let on = pwm().en().as_ptr() as u32;
         let converter = adc().cs().as_ptr() as u32;
         let count = rises.ctr().as_ptr() as u32;
-        link::<{ LINKS[0] }>(LINKED[0], address(&DIVIDER), adc().div().as_ptr() as u32);
-        link::<{ LINKS[1] }>(LINKED[1], address(&CONVERTER_ON), converter);
-        link::<{ LINKS[2] }>(LINKED[2], address(&BOTH_SLICES), on);
-        link::<{ LINKS[3] }>(LINKED[3], address(&CONVERTER_OFF), converter);
-        link::<{ LINKS[4] }>(LINKED[4], address(&ONE_SLICE), on);
-        link::<{ LINKS[5] }>(LINKED[5], count, MEANWHILE.address());
-        link::<{ LINKS[6] }>(LINKED[6], address(&WAITING), count);
+        let divider = adc().div().as_ptr() as u32;
+        link::<{ LINKS[0] }>(LINKS[1], PWM_WRAP6, address(&DIVIDER), divider);
+        link::<{ LINKS[1] }>(LINKS[2], PERMANENT, address(&CONVERTER_ON), converter);
+        link::<{ LINKS[2] }>(LINKS[3], PERMANENT, address(&BOTH_SLICES), on);
+        link::<{ LINKS[3] }>(LINKS[4], PWM_WRAP7, address(&CONVERTER_OFF), converter);
+        link::<{ LINKS[4] }>(LINKS[5], PERMANENT, address(&ONE_SLICE), on);
+        link::<{ LINKS[5] }>(LINKS[6], PERMANENT, count, MEANWHILE.address());
+        link::<{ LINKS[6] }>(LINKS[0], PERMANENT, address(&WAITING), count);
         // Requests of an earlier chirp.
-        put!(dma().ch3_dbg_ctdreq(), 0);
-        put!(dma().ch8_dbg_ctdreq(), 0);
+        dma().ch3_dbg_ctdreq().reset();
+        dma().ch8_dbg_ctdreq().reset();
         (self.seen, self.armed) = (0, true);
         put!(dma().multi_chan_trigger(), 1 << LINKS[0]);
-        put!(pwm().en(), 1 << RISES);
+        pwm().en().write(|w| w.ch6().set_bit());
     }
 
     /// Stops, so that no rise starts the converter; rises are still counted. Returns whether a chirp was open.
@@ -144,7 +157,7 @@ impl Pulse {
         rest::<{ LINKS[4] }>();
         rest::<{ LINKS[5] }>();
         rest::<{ LINKS[6] }>();
-        put!(pwm().en(), 1 << RISES);
+        pwm().en().write(|w| w.ch6().set_bit());
         self.vain = self.vain.saturating_add(standing());
         open
     }
@@ -153,7 +166,7 @@ impl Pulse {
     /// microseconds are enough to open the gate.
     pub fn watch(&mut self) {
         let deaf = || {
-            let closed = pwm().ch(GATE).csr().read().bits() & 1 == 0;
+            let closed = pwm().ch(GATE).csr().read().en().bit_is_clear();
             busy(LINKS[0]) && closed && pwm().ch(RISES).ctr().read().bits() != READY
         };
         if self.armed && deaf() {
@@ -198,7 +211,7 @@ impl Pulse {
     fn open(&self) -> Option<u32> {
         let gate = pwm().ch(GATE);
         let count = gate.ctr().read().bits().wrapping_mul(self.gate.divider >> 4);
-        let opened = gate.csr().read().bits() & 1 != 0;
+        let opened = gate.csr().read().en().bit_is_set();
         // The channel that ends the chirp still waits.
         (opened && busy(LINKS[3])).then_some(count / CORE_CYCLES)
     }
@@ -214,6 +227,6 @@ fn over() -> usize {
 fn standing() -> u32 {
     let rises = pwm().ch(RISES).ctr();
     let count = rises.read().bits() & READY;
-    put!(rises, 0);
+    rises.reset();
     if count == READY { 0 } else { count }
 }

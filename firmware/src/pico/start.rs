@@ -15,11 +15,10 @@ use rp2040_hal::xosc::{CrystalOscillator, Stable};
 /// Resets the whole chip if only the core was reset, as a debugger or the core itself does: channels, converter and USB would run on. Call
 /// this function first: afterwards the last program's memory is still there.
 pub fn whole() {
-    // DMA 2: only this program takes the controller out of its reset.
-    if resets().reset_done().read().bits() & 1 << 2 != 0 {
+    // Only this program takes the DMA controller out of its reset.
+    if resets().reset_done().read().dma().bit_is_set() {
         put!(psm().wdsel(), RESET_ALL);
-        // TRIGGER 31.
-        put!(watchdog().ctrl(), 1 << 31);
+        watchdog().ctrl().write(|w| w.trigger().set_bit());
         // The reset comes within cycles.
         cortex_m::asm::delay(10_000);
     }
@@ -90,12 +89,15 @@ pub fn clocks(
 
 /// Starts the watchdog; it counts microseconds of the reference clock, twice each (RP2040-E1).
 fn watch() {
-    // ENABLE 9: a tick in 12 cycles of the crystal, or of the slower oscillator before it.
-    put!(watchdog().tick(), (1 << 9) | (CRYSTAL_HZ / 1_000_000));
+    // A tick in 12 cycles of the crystal, or of the slower oscillator before it.
+    // SAFETY: the field takes this number of cycles.
+    watchdog()
+        .tick()
+        .write(|w| unsafe { w.enable().set_bit().cycles().bits((CRYSTAL_HZ / 1_000_000) as u16) });
     put!(psm().wdsel(), RESET_ALL);
     feed();
-    // ENABLE 30; PAUSE 26:24 while a debugger holds the core.
-    put!(watchdog().ctrl(), 1 << 30 | 7 << 24);
+    // As after a reset, it pauses while a debugger holds the core.
+    watchdog().ctrl().write(|w| w.enable().set_bit());
 }
 
 /// Feeds the watchdog.
@@ -109,13 +111,13 @@ const WAKE: u32 = 100_000;
 /// Starts the timer's alarm, which wakes the core. The timer itself counts since the clocks run.
 pub fn alarm() {
     wake();
-    put!(timer().inte(), 1);
+    timer().inte().write(|w| w.alarm_0().set_bit());
     enable(pac::Interrupt::TIMER_IRQ_0);
 }
 
 /// Handles the alarm's interrupt, which only wakes the core: sets the next alarm.
 pub extern "C" fn wake() {
-    put!(timer().intr(), 1);
+    timer().intr().write(|w| w.alarm_0().clear_bit_by_one());
     put!(timer().alarm0(), ticks().wrapping_add(WAKE));
 }
 

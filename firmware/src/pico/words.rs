@@ -1,4 +1,4 @@
-//! The values of the RP2040's registers, computed by pure functions.
+//! What the RP2040's registers hold that the settings decide, computed by pure functions.
 
 use super::waveform::{Count, Waveform};
 use super::{N, Pairs, SLOTS, USUAL_SLOTS};
@@ -26,7 +26,9 @@ pub const BAUD: u32 = 921_600;
 
 /// The channels that fill slots.
 pub const CHAINED: [usize; 2] = [0, 1];
-/// The channels that give the chained channels their slots, and start them.
+/// The channels that give the chained channels the address of their slots, and so start them (AL2_WRITE_ADDR_TRIG, DS 2.5.2.1). So a
+/// chained channel always begins where its slot does: a channel that is started again before it has a new slot writes over its own slot,
+/// and over nothing else.
 pub const TURNED: [usize; 2] = [5, 6];
 /// The channel that plays a chirp.
 pub const PLAYED: usize = 3;
@@ -37,62 +39,11 @@ pub const TRANSMIT: usize = 2;
 /// The flags of the two chained channels.
 pub const BOTH: u32 = 0b11;
 
-/// CHn_CTRL (DS 2.5.7): EN 0, HIGH_PRIORITY 1, DATA_SIZE 3:2, INCR_READ 4, INCR_WRITE 5, RING_SIZE
-/// 9:6, CHAIN_TO 14:11, TREQ_SEL 20:15; WRITE_ERROR 29 and READ_ERROR 30 are cleared by ones.
-pub const ERRORS: u32 = 3 << 29;
-const DREQ_UART0_TX: u32 = 20;
-const DREQ_PWM_WRAP6: u32 = 30;
-const DREQ_PWM_WRAP7: u32 = 31;
-const DREQ_ADC: u32 = 36;
-/// No request: at once.
-const PERMANENT: u32 = 0x3F;
-
-/// The control word of a chained channel: half words from the converter. Its end starts the channel
-/// that turns to `other`.
-pub const fn chained(other: usize) -> u32 {
-    let turn = if other == CHAINED[0] { TURNED[0] } else { TURNED[1] };
-    ERRORS | 1 | 1 << 1 | 1 << 2 | 1 << 5 | (turn as u32) << 11 | DREQ_ADC << 15
-}
-
-/// The control word of a channel that writes one word at once, and starts nothing by its own end.
-const fn single(channel: usize) -> u32 {
-    ERRORS | 1 | 1 << 1 | 2 << 2 | (channel as u32) << 11 | PERMANENT << 15
-}
-
-/// The control words of the channels that give a chained channel the address of its slot, and so start it (AL2_WRITE_ADDR_TRIG, DS
-/// 2.5.2.1). So a chained channel always begins where its slot does: a channel that is started again before it has a new slot writes over
-/// its own slot, and over nothing else.
-pub const TURNS: [u32; 2] = [single(TURNED[0]), single(TURNED[1])];
-
-/// The control word of the channel that plays a chirp: a half word for each period of slice 7. Its end starts the channel that rewinds it.
-pub const PLAY: u32 =
-    ERRORS | 1 | 1 << 1 | 1 << 2 | 1 << 4 | (REWOUND as u32) << 11 | DREQ_PWM_WRAP7 << 15;
-/// The control word of the channel that gives the playing channel its first address, and starts it.
-pub const REWIND: u32 = single(REWOUND);
-
-/// The channels of the sync input, in the order in which each starts the next one. A board with a sync input plays no chirp of its own.
+/// The channels of the sync input, in the order in which each starts the next one, the last one the first. Each writes one word. A board
+/// with a sync input plays no chirp of its own.
 pub const LINKS: [usize; 7] = [3, 4, 7, 8, 9, 10, 11];
 /// Words in the ring of the sixth of [`LINKS`].
 pub const PLACES: usize = 16;
-
-/// The control words of [`LINKS`]: each channel writes one word. The first waits for a wrap of slice 6, the fourth for a wrap of slice 7.
-/// The sixth writes a ring of 64 bytes: INCR_WRITE 5, RING_SIZE 9:6 = 6, RING_SEL 10.
-pub const LINKED: [u32; 7] = {
-    const RING: u32 = 1 << 5 | 6 << 6 | 1 << 10;
-    const fn to(next: usize, request: u32) -> u32 {
-        ERRORS | 1 | 1 << 1 | 2 << 2 | (next as u32) << 11 | request << 15
-    }
-    let [first, second, third, fourth, fifth, sixth, seventh] = LINKS;
-    [
-        to(second, DREQ_PWM_WRAP6),
-        to(third, PERMANENT),
-        to(fourth, PERMANENT),
-        to(fifth, DREQ_PWM_WRAP7),
-        to(sixth, PERMANENT),
-        to(seventh, PERMANENT) | RING,
-        to(first, PERMANENT),
-    ]
-};
 
 /// Cycles of the core from the converter's start to the gate's, and from the gate's end to the converter's.
 const GATE_DELAY: u64 = 40;
@@ -109,16 +60,7 @@ pub fn gate(conversions: u32, period: u32) -> Option<Count> {
 }
 
 /// Bits of the ring that feeds the serial port.
-pub const OUT_BITS: u32 = 11;
-
-/// The control word of the channel that feeds the serial port: bytes from a ring of 2^[`OUT_BITS`]. The channel starts nothing at its end,
-/// since it names itself.
-pub const TRANSMITTED: u32 =
-    ERRORS | 1 | 1 << 4 | OUT_BITS << 6 | (TRANSMIT as u32) << 11 | DREQ_UART0_TX << 15;
-
-/// ADC_FCS (DS 4.9.6): THRESH 27:24 of one sample, OVER 11 and UNDER 10 cleared by ones, DREQ_EN 3, EN
-/// 0.
-pub const FIFO: u32 = 1 << 24 | 1 << 11 | 1 << 10 | 1 << 3 | 1;
+pub const OUT_BITS: u8 = 11;
 
 /// ADC_CS (DS 4.9.6): EN 0, START_MANY 3. AINSEL 14:12 is input 0, GPIO 26, which is also the first of a round.
 const SAMPLES: u32 = 1 | 1 << 3;
@@ -139,7 +81,7 @@ pub const fn causes(reason: u32, chip: u32) -> Causes {
     })
 }
 
-/// The register words of an instrument.
+/// What an instrument's settings decide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Words {
     /// Cycles of the converter's clock from a conversion to the next: 96 to 65536.
@@ -425,24 +367,5 @@ mod tests {
             ..Chirp::default()
         });
         Settings { config: Config { scene, ..settings.config }, drive, ..settings }
-    }
-
-    #[test]
-    fn the_words_are_those_of_the_data_sheet() {
-        // EN, HIGH_PRIORITY, half words, INCR_WRITE, the channel that turns to the other, DREQ 36.
-        assert_eq!(chained(1), ERRORS | 0x12_0000 | 6 << 11 | 0x27);
-        assert_eq!(chained(0), ERRORS | 0x12_0000 | 5 << 11 | 0x27);
-        // EN, HIGH_PRIORITY, words, itself, no request.
-        assert_eq!(TURNS, [ERRORS | 0x1F_8000 | 5 << 11 | 0xB, ERRORS | 0x1F_8000 | 6 << 11 | 0xB]);
-        // The sync input's channels: EN, HIGH_PRIORITY, words, the next one, DREQ 30, 31 or none.
-        assert_eq!(LINKED[0], ERRORS | 30 << 15 | 4 << 11 | 0xB);
-        assert_eq!(LINKED[2], ERRORS | 0x1F_8000 | 8 << 11 | 0xB);
-        assert_eq!(LINKED[3], ERRORS | 31 << 15 | 9 << 11 | 0xB);
-        assert_eq!(LINKED[5], ERRORS | 0x1F_8000 | 11 << 11 | 0x5AB);
-        assert_eq!(LINKED[6], ERRORS | 0x1F_8000 | 3 << 11 | 0xB);
-        assert_eq!(REWIND, ERRORS | 0x1F_8000 | 4 << 11 | 0xB);
-        // EN, HIGH_PRIORITY, half words, INCR_READ, the channel that rewinds, DREQ 31.
-        assert_eq!(PLAY, ERRORS | 31 << 15 | 4 << 11 | 0x17);
-        assert_eq!(TRANSMITTED, ERRORS | 20 << 15 | 2 << 11 | 11 << 6 | 0x11);
     }
 }

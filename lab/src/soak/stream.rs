@@ -4,7 +4,6 @@
 
 use picket_dsp::acquire::frontend::{Dma, Status};
 use picket_firmware::nucleo_f446re::words::passage::{Elapsed, Look, Passage};
-use picket_firmware::nucleo_f446re::words::sampling::{STREAM_0_COMPLETE, STREAM_0_FLAGS};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -13,9 +12,6 @@ use std::rc::Rc;
 pub const LONGEST: usize = 12;
 /// Ticks of the timer in a sample.
 const TICKS: u64 = 180;
-/// Transfer error.
-const ERROR: u32 = 1 << 3;
-
 /// The right to a piece of the stream's memory. Neither `Copy` nor `Clone`, as the front end asks.
 #[derive(Debug)]
 pub struct Slot(usize);
@@ -35,7 +31,8 @@ pub struct Hardware {
     address: [usize; 2],
     running: bool,
     target: bool,
-    flags: u32,
+    complete: bool,
+    broken: bool,
     overrun: bool,
     /// Whether an interrupt is pending.
     pub pending: bool,
@@ -57,7 +54,8 @@ impl Hardware {
             address: [0, 1],
             running: false,
             target: false,
-            flags: 0,
+            complete: false,
+            broken: false,
             overrun: false,
             pending: false,
             begun: (0, 0),
@@ -79,7 +77,7 @@ impl Hardware {
                 self.memory[self.address[usize::from(self.target)]][index as usize] = value;
                 if index + 1 == self.length {
                     self.target = !self.target;
-                    self.flags |= STREAM_0_COMPLETE;
+                    self.complete = true;
                     self.pending = true;
                 }
             }
@@ -95,7 +93,7 @@ impl Hardware {
     /// A transfer fails.
     pub fn fail(&mut self) {
         (self.running, self.pending) = (false, true);
-        self.flags |= ERROR;
+        self.broken = true;
     }
 
     /// The converter has a sample before the last one was fetched.
@@ -154,7 +152,7 @@ impl Chain {
         hardware.access();
         hardware.running = false;
         hardware.access();
-        hardware.flags &= !STREAM_0_FLAGS;
+        (hardware.complete, hardware.broken) = (false, false);
     }
 
     /// Starts it at the first sample of a chirp, as block `number`.
@@ -176,14 +174,15 @@ impl Dma for Chain {
         let mut hardware = self.hardware.borrow_mut();
         let now = hardware.ticks();
         hardware.access();
-        let flags = hardware.flags & STREAM_0_FLAGS;
+        let (complete, broken) = (hardware.complete, hardware.broken);
         hardware.access();
         let target = hardware.target;
         hardware.access();
-        hardware.flags &= !flags;
+        hardware.complete &= !complete;
+        hardware.broken &= !broken;
         hardware.access();
         let adc_overrun = hardware.overrun;
-        self.passage.status(Look { now, flags, target, adc_overrun, underrun: false })
+        self.passage.status(Look { now, complete, target, broken, adc_overrun })
     }
 
     fn exchange(&mut self, empty: Slot) -> Result<Slot, Slot> {

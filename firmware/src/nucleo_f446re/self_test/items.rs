@@ -6,9 +6,9 @@ use super::stream::{Found, MOMENT, stream};
 use super::tone;
 use crate::board::Board;
 use crate::instrument::storage::{self, Payload};
+use crate::nucleo_f446re::start::Quiet;
 use crate::nucleo_f446re::words::clock::HSE_HZ;
-use crate::nucleo_f446re::words::guard::{LSI_HZ, WATCHDOG, brown_out};
-use crate::nucleo_f446re::words::quiet::Quiet;
+use crate::nucleo_f446re::words::guard::{LSI_HZ, WATCHDOG};
 use crate::nucleo_f446re::words::sampling::BLOCK_CYCLES;
 use crate::nucleo_f446re::{Measuring, N, Nucleo, chirp, gauge, registers, start, storage::Flash};
 use picket_dsp::config::{Config, Scene};
@@ -88,9 +88,10 @@ fn clocks(bench: &mut Bench) -> Outcome {
 }
 
 fn level(_: &mut Bench) -> Outcome {
-    let options = registers::flash().optcr().read().bits();
-    let line = Line::new("option word ").hex(options).text(": a reset below 2.7 V is ");
-    let is_set = brown_out(options).is_none();
+    let options = registers::flash().optcr().read();
+    let line = Line::new("option word ").hex(options.bits()).text(": a reset below 2.7 V is ");
+    // The code of level 3 (RM 3.8.5).
+    let is_set = options.bor_lev().bits() == 0;
     let told = if is_set { "set" } else { "not set, picket flash --brown-out sets it" };
     // Either result is right.
     (true, line.text(told))

@@ -11,26 +11,8 @@
 
 use super::guard::LSI_HZ;
 
-/// RCC_APB2ENR (RM 6.3.14): TIM11 18.
-pub const APB2: u32 = 1 << 18;
-/// RCC_CFGR (RM 6.3.3): RTCPRE 20:16 = 8 makes 1 MHz of the probe's 8 MHz.
-pub const EIGHTH: u32 = 8 << 16;
-/// TIM11_OR: TI1_RMP 1:0 = 2, this 1 MHz is channel 1's input.
-pub const TIM11_INPUT: u32 = 2;
-/// TIM5_OR: TI4_RMP 7:6 = 1, the watchdog's oscillator is channel 4's input.
-pub const TIM5_INPUT: u32 = 1 << 6;
-/// Periods from one capture to the next: ICxPSC = 3.
+/// Periods from one capture to the next (ICxPSC).
 pub const PERIODS: u32 = 8;
-/// TIM11_CCMR1 (RM 17.4.7): CC1S 1:0 = 1 its own input, IC1PSC 3:2 = 3.
-pub const TIM11_CAPTURE: u32 = 1 | 3 << 2;
-/// TIM5_CCMR2: the capture of channel 4, CC4S 9:8 and IC4PSC 11:10.
-pub const TIM5_CAPTURE: u32 = TIM11_CAPTURE << 8;
-/// TIM11_CCER: CC1E 0.
-pub const TIM11_ENABLE: u32 = 1;
-/// TIM5_CCER: CC4E 12.
-pub const TIM5_ENABLE: u32 = 1 << 12;
-/// TIM5_DIER: CC4IE 4.
-pub const TIM5_INTERRUPT: u32 = 1 << 4;
 
 /// Captures of the probe's clock at the start: half a millisecond, in which a tick is 120 ppm.
 pub const START_CAPTURES: u32 = 64;

@@ -1,4 +1,4 @@
-//! The independent watchdog and the brown-out reset, which recover a hung instrument.
+//! The independent watchdog, which recovers a hung instrument.
 
 use picket_wire::boot::Causes;
 
@@ -11,21 +11,12 @@ pub fn causes(csr: u32) -> Causes {
     Causes(if others == 0 { bit(1 << 26, 1) } else { others })
 }
 
-/// The watchdog's words.
+/// The watchdog, whose clock is divided by 64.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Watchdog {
-    /// IWDG_PR (RM 20.4.2).
-    pub prescaler: u32,
     /// IWDG_RLR (RM 20.4.3).
-    pub reload: u32,
+    pub reload: u16,
 }
-
-/// The key that starts the watchdog, for IWDG_KR (RM 20.4.1).
-pub const START: u32 = 0xCCCC;
-/// The key that feeds the watchdog.
-pub const FEED: u32 = 0xAAAA;
-/// The key that unlocks the watchdog's words.
-pub const UNLOCK: u32 = 0x5555;
 
 /// The watchdog's own oscillator in hertz: nominal, slowest and fastest (DS table 43).
 pub const LSI_HZ: [u32; 3] = [32_000, 17_000, 47_000];
@@ -35,18 +26,16 @@ pub const LSI_HZ: [u32; 3] = [32_000, 17_000, 47_000];
 pub const LONGEST_MS: u32 = 2_000;
 
 impl Watchdog {
-    /// A watchdog that bites nominally `ms` after its last feed, up to 8,190 ms, with a prescaler
-    /// of 64.
+    /// A watchdog that bites nominally `ms` after its last feed, up to 8,190 ms.
     pub const fn after(ms: u32) -> Self {
         let ms = if ms > 8_190 { 8_190 } else { ms };
         let ticks = LSI_HZ[0] / 64 * ms / 1_000;
-        Watchdog { prescaler: 4, reload: ticks.saturating_sub(1) }
+        Watchdog { reload: ticks.saturating_sub(1) as u16 }
     }
 
     /// Milliseconds until the watchdog bites if its oscillator runs at `lsi_hz`.
     pub const fn milliseconds(self, lsi_hz: u32) -> u32 {
-        let per_tick = 4 << self.prescaler;
-        let cycles = (self.reload as u64 + 1) * per_tick * 1_000;
+        let cycles = (self.reload as u64 + 1) * 64 * 1_000;
         match cycles.checked_div(lsi_hz as u64) {
             Some(ms) => ms as u32,
             None => u32::MAX,
@@ -57,36 +46,18 @@ impl Watchdog {
 /// The watchdog that the images use.
 pub const WATCHDOG: Watchdog = Watchdog::after(4_000);
 
-/// The mask of BOR_LEV in FLASH_OPTCR (RM 3.8.5).
-const BOR_LEVEL: u32 = 3 << 2;
-
-/// The option word that resets the chip below 2.7 V, where flash can no longer be written by words
-/// (BOR level 3, code 0). `None` if `optcr` already has this level: the image that sets it programs the
-/// option bytes once in a chip's life.
-pub const fn brown_out(optcr: u32) -> Option<u32> {
-    // Bits 0 and 1 are OPTLOCK and OPTSTRT: commands, not options.
-    if optcr & BOR_LEVEL == 0 { None } else { Some(optcr & !BOR_LEVEL & !3) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn the_watchdog_outlasts_an_erasure_and_no_more_than_8_s() {
-        assert_eq!(WATCHDOG, Watchdog { prescaler: 4, reload: 1_999 });
+        assert_eq!(WATCHDOG, Watchdog { reload: 1_999 });
         let [nominal, slow, fast] = LSI_HZ.map(|hz| WATCHDOG.milliseconds(hz));
         // 2000 ticks of 64 cycles.
         assert_eq!((nominal, slow, fast), (4_000, 7_529, 2_723));
         assert!(fast > LONGEST_MS);
         assert!(Watchdog::after(u32::MAX).reload <= 0xFFF);
         assert_eq!(WATCHDOG.milliseconds(0), u32::MAX);
-    }
-
-    // RM 3.8.5: reset value 0x0FFF AAED, BOR_LEV 3:2 = 11 off.
-    #[test]
-    fn brown_out_is_set_once() {
-        assert_eq!(brown_out(0x0FFF_AAED), Some(0x0FFF_AAE0));
-        assert_eq!(brown_out(0x0FFF_AAE1), None);
     }
 }

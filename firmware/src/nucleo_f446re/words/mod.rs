@@ -1,16 +1,13 @@
-//! The values of the NUCLEO's registers, computed from its settings by pure functions. Tests on the host compare them with the reference
-//! manual. The modules one level up only write them.
+//! What the NUCLEO's registers hold that its settings decide, computed by pure functions: the clock's frequencies, periods, waveforms and
+//! loads. The modules one level up write them, by the names that ST's description of the registers has, in the crate `stm32f4`.
 //!
-//! The words agree with ST's machine-readable description of the registers (host-tests/tests/registers.rs). Sections named RM are in ST's
-//! reference manual RM0390 (STM32F446xx), DS in the data sheet DS10693.
+//! Sections named RM are in ST's reference manual RM0390 (STM32F446xx), DS in the data sheet DS10693.
 
 pub mod clock;
 pub mod gauge;
 pub mod guard;
 pub mod passage;
-pub mod pins;
 pub mod pulses;
-pub mod quiet;
 pub mod sampling;
 pub mod serial;
 pub mod waveform;
@@ -25,12 +22,12 @@ use picket_dsp::tone::arithmetic::Arithmetic;
 use picket_wire::settings::{Drive, Mode, Settings};
 use picket_wire::settings_error::{RateError, SettingsError};
 use sampling::{BLOCK_CYCLES, Sampling, WORST_CYCLES};
-use waveform::{SyncInput, Waveform};
+use waveform::{Waveform, gate_ticks};
 
-/// The register words of an instrument.
+/// What an instrument's settings decide.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Words {
-    /// The words of the sample clock and the converters.
+    /// The sample clock and the converters.
     pub sampling: Sampling,
     /// The waveform of the DAC; `None` if the DAC does not play.
     pub waveform: Option<Waveform>,
@@ -150,7 +147,7 @@ impl Words {
                 Drive::External if sampling.continuous => return Err(SettingsError::Sync),
                 // The gate counts a whole chirp.
                 Drive::External
-                    if SyncInput::new(ticks.saturating_mul(plan.settings.segments().into()))
+                    if gate_ticks(ticks.saturating_mul(plan.settings.segments().into()))
                         .is_none() =>
                 {
                     return Err(SettingsError::Sync);
@@ -349,7 +346,7 @@ mod tests {
                 Ok((planned, words)) => {
                     let segments = u64::from(planned.settings.segments());
                     let ticks = 1024 * segments * u64::from(words.sampling.period.ticks());
-                    assert!(fits && SyncInput::new(ticks).is_some(), "{rate_hz}");
+                    assert!(fits && gate_ticks(ticks).is_some(), "{rate_hz}");
                 }
                 Err(error) => assert!(!fits && error == SettingsError::Sync, "{rate_hz}: {error}"),
             }

@@ -1,7 +1,6 @@
 //! The number of blocks that the stream has completed and passed: by its flags, by a timer, and by the segments of a chirp. Registers are
 //! read elsewhere, so a model of the stream can drive this module, too.
 
-use super::sampling::{STREAM_0_COMPLETE, STREAM_0_ERRORS};
 use crate::progress::Progress;
 use core::mem::take;
 use picket_dsp::acquire::frontend::Status;
@@ -12,14 +11,14 @@ pub struct Look {
     /// The timer, read first: a block that ends after this read is counted by the flags alone, while a block that ended before the time and
     /// after the flags would count twice.
     pub now: u32,
-    /// The stream's flags, see [`STREAM_0_FLAGS`](super::sampling::STREAM_0_FLAGS).
-    pub flags: u32,
+    /// The stream has completed a block.
+    pub complete: bool,
     /// The slot that is being filled (CT), read after the flags: a block that ends in between is counted now or next time, never twice.
     pub target: bool,
+    /// The stream has failed, or the chirp's table was not read in time.
+    pub broken: bool,
     /// A converter had a sample before the last one was fetched.
     pub adc_overrun: bool,
-    /// The chirp's table was not read in time.
-    pub underrun: bool,
 }
 
 /// The passage of blocks.
@@ -76,9 +75,9 @@ impl Passage {
 
     /// Counts the blocks in a look.
     pub fn status(&mut self, look: Look) -> Status {
-        let Look { now, flags, target, adc_overrun, underrun } = look;
-        let dma_error = flags & STREAM_0_ERRORS != 0 || self.stopped || underrun;
-        let seen = completed(flags, target != self.target);
+        let Look { now, complete, target, broken, adc_overrun } = look;
+        let dma_error = broken || self.stopped;
+        let seen = completed(complete, target != self.target);
         let completed = if dma_error || adc_overrun {
             // The flags of a stream that stands still do not count the blocks that passed since.
             self.time.beside(seen)
@@ -106,11 +105,10 @@ impl Passage {
     }
 }
 
-/// The completed blocks that the stream's flags show (see
-/// [`picket_dsp::acquire::frontend::Status::completed`]): none without transfer complete, one if the
-/// slot being filled has changed since the last call, otherwise two.
-const fn completed(flags: u32, target_changed: bool) -> u32 {
-    match (flags & STREAM_0_COMPLETE != 0, target_changed) {
+/// The completed blocks that the stream shows (see [`picket_dsp::acquire::frontend::Status::completed`]): none unless a block is complete,
+/// one if the slot being filled has changed since the last call, otherwise two.
+const fn completed(complete: bool, target_changed: bool) -> u32 {
+    match (complete, target_changed) {
         (false, _) => 0,
         (true, true) => 1,
         (true, false) => 2,
@@ -169,7 +167,6 @@ impl Elapsed {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::nucleo_f446re::words::sampling::STREAM_0_FLAGS;
 
     #[test]
     fn time_tells_how_many_blocks_passed() {
@@ -203,14 +200,5 @@ mod tests {
         for mut time in [Elapsed::new(None), Elapsed::new(Some(1 << 31))] {
             assert_eq!((time.completed(2, 5), time.late(12345)), (2, 1));
         }
-    }
-
-    #[test]
-    fn what_the_streams_flags_mean() {
-        assert_eq!(completed(0, true), 0);
-        assert_eq!(completed(STREAM_0_ERRORS, false), 0);
-        assert_eq!(completed(STREAM_0_COMPLETE, true), 1);
-        assert_eq!(completed(STREAM_0_COMPLETE | 1 << 4, false), 2);
-        assert_eq!(STREAM_0_COMPLETE | 1 << 4 | STREAM_0_ERRORS | 1, STREAM_0_FLAGS);
     }
 }

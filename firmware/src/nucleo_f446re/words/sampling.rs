@@ -35,9 +35,8 @@ pub struct Sampling {
     pub period: Period,
     /// The rate of this period, Hz: the nearest to the wanted one.
     pub rate_hz: f64,
-    /// Cycles of the converter's clock in which it samples the input; the conversion takes 12 more
-    /// (RM 13.5).
-    pub sampling_cycles: u32,
+    /// The sampling time, by its number in ADC_SMPRx.
+    pub time: u8,
     /// Whether only the first sample is triggered.
     pub continuous: bool,
     /// Whether ADC2 samples as well.
@@ -51,17 +50,6 @@ const CONVERSION: u32 = 12;
 /// Cycles between the end of a conversion and the next trigger, in which the trigger reaches the
 /// converter's clock.
 const SLACK: u32 = 3;
-
-/// ADC1's input: PA0, channel 0 (DS table 10); Arduino A0.
-const IN_PHASE: u32 = 0;
-/// ADC2's input: PA1, channel 1; Arduino A1.
-const QUADRATURE: u32 = 1;
-
-/// TIMx_CR2, MMS 6:4 = 2: the update event is the trigger output (RM 17.4.2).
-pub const TIMER_CR2_UPDATE: u32 = 2 << 4;
-/// TIMx_SMCR: counts the rises of ITR2 (TS 6:4 = 2, SMS 2:0 = 7), which is TIM3 for TIM2 and TIM4
-/// (RM 17.4.3, table 101).
-pub const TIMER_SMCR_COUNT_TIM3: u32 = 2 << 4 | 7;
 
 /// Cycles of the converter's clock from a conversion to the next, for this number of wanted cycles.
 fn apart(wanted: u32) -> u32 {
@@ -116,96 +104,17 @@ impl Sampling {
         let cycles = period.ticks().checked_div(ratio).unwrap_or(shortest);
         let continuous = cycles == shortest;
         let room = if continuous { cycles } else { cycles.saturating_sub(SLACK) };
-        let fits = |sampling: &&u32| **sampling + CONVERSION <= room;
-        let sampling = SAMPLING_CYCLES.iter().rev().find(fits).ok_or(RateError::Fast)?;
+        let fits = |sampling: &u32| sampling + CONVERSION <= room;
+        let time = SAMPLING_CYCLES.iter().rposition(fits).ok_or(RateError::Fast)?;
         Ok(Sampling {
             period,
             rate_hz: f64::from(tree.timer_hz) / f64::from(period.ticks().max(1)),
-            sampling_cycles: *sampling,
+            time: time as u8,
             continuous,
             iq,
         })
     }
-
-    /// The words of the converters.
-    pub fn converter(&self, tree: &Tree) -> ConverterWords {
-        let code = SAMPLING_CYCLES.iter().position(|&cycles| cycles == self.sampling_cycles);
-        let code = code.unwrap_or_default() as u32;
-        let (multi, dma) = if self.iq {
-            // MULTI 4:0 = 6 regular simultaneous, DDS 13 keeps requesting, DMA 15:14 = 2 both
-            // results in one word.
-            (6 | 1 << 13 | 2 << 14, 0)
-        } else {
-            // In ADC_CR2: DMA 8, DDS 9.
-            (0, 1 << 8 | 1 << 9)
-        };
-        let continuous = u32::from(self.continuous) << 1;
-        ConverterWords {
-            common: multi | tree.adc_prescaler << 16,
-            // OVRIE 26.
-            cr1: 1 << 26,
-            // ADON 0, CONT 1, EXTSEL 27:24 = 8 TIM3_TRGO, EXTEN 29:28 = 1 its rise.
-            cr2: 1 | continuous | dma | 8 << 24 | 1 << 28,
-            // ADC1's trigger drives ADC2.
-            second_cr2: 1 | continuous,
-            smpr2: code << (3 * IN_PHASE) | code << (3 * QUADRATURE),
-            sqr3: IN_PHASE,
-            second_sqr3: QUADRATURE,
-        }
-    }
-
-    /// The words of the stream.
-    pub const fn stream(&self) -> Stream {
-        // Half a word from ADC_DR, or a word from ADC_CDR: PSIZE 12:11 and MSIZE 14:13.
-        let size = if self.iq { 2 } else { 1 };
-        Stream {
-            // Channel 0 is ADC1 (RM 9.3.4, table 29): CHSEL 27:25 = 0. DBM 18, PL 17:16 = 3, MINC
-            // 10, CIRC 8, TCIE 4, TEIE 2, DMEIE 1.
-            control: 1 << 18 | 3 << 16 | size << 13 | size << 11 | 1 << 10 | 1 << 8 | 0b10110,
-        }
-    }
 }
-
-/// The words of ADC1 and ADC2, and their common word.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ConverterWords {
-    /// ADC_CCR (RM 13.13.16).
-    pub common: u32,
-    /// ADC_CR1 of both converters (RM 13.13.2).
-    pub cr1: u32,
-    /// ADC1_CR2 (RM 13.13.3).
-    pub cr2: u32,
-    /// ADC2_CR2.
-    pub second_cr2: u32,
-    /// ADC_SMPR2 of both converters (RM 13.13.5).
-    pub smpr2: u32,
-    /// ADC1_SQR3: the channel (RM 13.13.11). SQR1 stays 0: one conversion.
-    pub sqr3: u32,
-    /// ADC2_SQR3.
-    pub second_sqr3: u32,
-}
-
-/// ADC_SR, OVR (RM 13.13.1): a result came before the previous one was fetched.
-pub const ADC_SR_OVR: u32 = 1 << 5;
-
-/// The words of a DMA stream.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stream {
-    /// DMA_SxCR without EN (RM 9.5.5).
-    pub control: u32,
-}
-
-/// DMA_SxCR, EN.
-pub const STREAM_EN: u32 = 1;
-/// DMA_SxCR, CT: the slot being filled.
-pub const STREAM_CT: u32 = 1 << 19;
-/// DMA_LISR (RM 9.5.1) for stream 0: transfer complete.
-pub const STREAM_0_COMPLETE: u32 = 1 << 5;
-/// DMA_LISR: transfer error (3), direct-mode error (2). The FIFO is not in use, so its error (0)
-/// says nothing.
-pub const STREAM_0_ERRORS: u32 = 1 << 3 | 1 << 2;
-/// All of stream 0's flags, in DMA_LISR and DMA_LIFCR.
-pub const STREAM_0_FLAGS: u32 = 0x3D;
 
 /// Cycles in which the core measures and reports a block of 1024 by the usual method, real and I/Q, while it sends as many records as the
 /// line carries, with some margin. Counted on an emulated core without wait states (host-tests/tests/rsemu/streams.rs).
@@ -221,6 +130,11 @@ mod tests {
     use super::*;
     use crate::nucleo_f446re::words::clock::{Source, Speed};
 
+    /// Cycles in which the input is sampled.
+    fn cycles(sampling: Sampling) -> u32 {
+        SAMPLING_CYCLES[usize::from(sampling.time)]
+    }
+
     fn plan(speed: Speed, rate_hz: f64, iq: bool) -> Result<Sampling, RateError> {
         Sampling::plan(&Tree::new(speed, Source::HsePll), rate_hz, iq)
     }
@@ -230,11 +144,11 @@ mod tests {
         let fast = plan(Speed::Mhz144, 2.4e6, false).unwrap();
         // 72 MHz / 30 = 2.4 MHz; 3 + 12 cycles of 36 MHz.
         assert_eq!(fast.period, Period { prescaler: 0, reload: 29 });
-        assert_eq!((fast.rate_hz, fast.sampling_cycles, fast.continuous), (2.4e6, 3, true));
+        assert_eq!((fast.rate_hz, cycles(fast), fast.continuous), (2.4e6, 3, true));
         let fast = plan(Speed::Mhz180, 1.5e6, true).unwrap();
         // 90 MHz / 60; 3 + 12 cycles of 22.5 MHz.
         assert_eq!(fast.period, Period { prescaler: 0, reload: 59 });
-        assert_eq!((fast.rate_hz, fast.sampling_cycles, fast.continuous), (1.5e6, 3, true));
+        assert_eq!((fast.rate_hz, cycles(fast), fast.continuous), (1.5e6, 3, true));
         assert_eq!(plan(Speed::Mhz180, 1.6e6, false), Err(RateError::Fast));
         assert_eq!(plan(Speed::Mhz144, 2.6e6, false), Err(RateError::Fast));
         let internal = Tree::new(Speed::Mhz180, Source::Hsi);
@@ -261,14 +175,11 @@ mod tests {
     fn slower_rates_sample_longer() {
         let slow = plan(Speed::Mhz180, 100e3, false).unwrap();
         // 225 cycles of 22.5 MHz: 144 + 12 fit, 480 + 12 do not.
-        assert_eq!((slow.period.ticks(), slow.sampling_cycles, slow.continuous), (900, 144, false));
+        assert_eq!((slow.period.ticks(), cycles(slow), slow.continuous), (900, 144, false));
         let slow = plan(Speed::Mhz180, 10.0, false).unwrap();
         // 9,000,000 ticks: the prescaler must be 138 or more, a power of two is 256, and 35,156
         // periods of 256 are the nearest.
-        assert_eq!(
-            (slow.period, slow.sampling_cycles),
-            (Period { prescaler: 255, reload: 35_155 }, 480)
-        );
+        assert_eq!((slow.period, cycles(slow)), (Period { prescaler: 255, reload: 35_155 }, 480));
         assert_eq!(slow.rate_hz, 90e6 / 8_999_936.0);
         for rate in [0.0, -5.0, f64::NAN, f64::INFINITY, 0.01] {
             assert_eq!(plan(Speed::Mhz180, rate, false), Err(RateError::Slow), "{rate}");
@@ -285,16 +196,16 @@ mod tests {
                 while let Ok(sampling) = Sampling::plan(&tree, rate, false) {
                     let ticks = sampling.period.ticks();
                     assert_eq!(ticks % ratio, 0, "{rate}");
-                    let cycles = ticks / ratio;
-                    let busy = sampling.sampling_cycles + CONVERSION;
+                    let period = ticks / ratio;
+                    let busy = cycles(sampling) + CONVERSION;
                     let slack = if sampling.continuous { 0 } else { SLACK };
-                    assert!(busy + slack <= cycles, "{rate}");
+                    assert!(busy + slack <= period, "{rate}");
                     // Within a cycle, except in the gap below the fastest rate.
                     let exact = f64::from(tree.adc_hz) / rate;
                     let bridge = if exact < 18.0 { 3.0 } else { 0.5 + exact / 65_000.0 };
                     assert!(
-                        (f64::from(cycles) - exact).abs() <= bridge,
-                        "{rate}: {cycles} {exact}"
+                        (f64::from(period) - exact).abs() <= bridge,
+                        "{rate}: {period} {exact}"
                     );
                     rate *= 1.037;
                 }
@@ -321,32 +232,5 @@ mod tests {
                 }
             }
         }
-    }
-
-    // RM 13.13: bit by bit.
-    #[test]
-    fn the_converters_words() {
-        let tree = Tree::new(Speed::Mhz180, Source::HsePll);
-        let real = Sampling::plan(&tree, 100e3, false).unwrap().converter(&tree);
-        // ADCPRE 17:16 = 1 a quarter, nothing shared.
-        assert_eq!(real.common, 0x0001_0000);
-        // EXTEN 28, EXTSEL 27, DDS 9, DMA 8, ADON 0.
-        assert_eq!((real.cr1, real.cr2), (0x0400_0000, 0x1800_0301));
-        // 144 cycles are number 6.
-        assert_eq!((real.smpr2, real.sqr3), (0o66, 0));
-        let iq = Sampling::plan(&tree, 1.5e6, true).unwrap().converter(&tree);
-        // ADCPRE 16, DMA 15, DDS 13, MULTI 6.
-        assert_eq!(iq.common, 0x0001_A006);
-        assert_eq!((iq.cr2, iq.second_cr2), (0x1800_0003, 0x0000_0003));
-        assert_eq!((iq.smpr2, iq.second_sqr3), (0, 1));
-    }
-
-    // RM 9.5.5.
-    #[test]
-    fn the_streams_words() {
-        let real = plan(Speed::Mhz180, 1e5, false).unwrap().stream();
-        assert_eq!(real.control, 0x0007_2D16);
-        let iq = plan(Speed::Mhz180, 1e5, true).unwrap().stream();
-        assert_eq!(iq.control, 0x0007_5516);
     }
 }

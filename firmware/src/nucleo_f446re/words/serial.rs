@@ -3,23 +3,11 @@
 /// Bits per second.
 pub const BAUD: u32 = 921_600;
 
-/// USART_CR1 (RM 25.6.4): enabled (13), sends (3), receives (2), interrupt at a received byte (5);
-/// 8 bits, no parity, 16 samples a bit.
-pub const CR1: u32 = 1 << 13 | 1 << 5 | 1 << 3 | 1 << 2;
-/// USART_CR1: the interrupt at an empty transmit register.
-pub const CR1_TXEIE: u32 = 1 << 7;
-/// USART_SR (RM 25.6.1): the transmit register is empty.
-pub const SR_TXE: u32 = 1 << 7;
-/// USART_SR: a byte was received.
-pub const SR_RXNE: u32 = 1 << 5;
-/// USART_SR: overrun, noise or framing error. Reading the data register clears it.
-pub const SR_ERRORS: u32 = 0b1110;
-
 /// USART_BRR for a rate on a bus (RM 25.4.4, with 16 samples a bit): cycles of the bus in a bit,
 /// rounded.
-pub const fn divider(bus_hz: u32, baud: u32) -> u32 {
+pub const fn divider(bus_hz: u32, baud: u32) -> u16 {
     match (bus_hz as u64 + baud as u64 / 2).checked_div(baud as u64) {
-        Some(cycles) if cycles >= 16 => cycles as u32,
+        Some(cycles) if cycles >= 16 => cycles as u16,
         // No bit is shorter than its 16 samples.
         _ => 16,
     }

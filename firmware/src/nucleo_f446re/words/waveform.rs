@@ -94,33 +94,13 @@ impl Waveform {
     }
 }
 
-/// DAC_CR (RM 14.5.1) for channel 1: EN 0, TEN 2, TSEL 5:3 = 5 TIM4_TRGO, DMAEN 12. DMAUDRIE 13
-/// stays off: an underrun shows in DAC_SR.
-pub const DAC_CR: u32 = 1 | 1 << 2 | 5 << 3 | 1 << 12;
-/// DAC_CR while the chirp stands: no trigger and no request, so that a code appears as soon as it is written. TSEL stays, because it must
-/// not change while EN is set.
-pub const DAC_REST: u32 = 1 | 5 << 3;
-/// DAC_SR (RM 14.5.14): the table was not read in time.
-pub const DAC_SR_UNDERRUN: u32 = 1 << 13;
-/// DMA_SxCR for DMA1's stream 5, channel 7, DAC1 (RM 9.3.4, table 28): CHSEL 27:25 = 7, PL 17:16 =
-/// 2, half words, MINC 10, CIRC 8, DIR 7:6 = 1 to the peripheral.
-pub const DAC_STREAM: u32 = 7 << 25 | 2 << 16 | 1 << 13 | 1 << 11 | 1 << 10 | 1 << 8 | 1 << 6;
-
-/// TIM2 as the source of a pulse on PB10 (Arduino D6), high during the first segment of each chirp:
-/// its nonzero words.
+/// TIM2 as the source of a pulse on PB10 (Arduino D6), high during the first segment of each chirp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SyncOutput {
     /// TIM2_ARR: samples in a chirp, minus 1.
     pub reload: u32,
     /// TIM2_CCR3: samples in a segment.
     pub compare: u32,
-    /// TIM2_CCMR2 (RM 17.4.8): OC3M 6:4 = 6 PWM, OC3PE 3.
-    pub mode: u32,
-    /// TIM2_CCMR2 while the sample clock stands: OC3M 6:4 = 4 forces the output low. Changed to PWM
-    /// the output stays low until the comparison changes, which is the first sample.
-    pub rest: u32,
-    /// TIM2_CCER (RM 17.4.9): CC3E 8.
-    pub enable: u32,
 }
 
 impl SyncOutput {
@@ -129,62 +109,13 @@ impl SyncOutput {
         let chirp = length.saturating_mul(segments as u32);
         // A sawtooth has one segment, so its pulse must end before the next one.
         let compare = if segments < 2 { length / 2 } else { length };
-        let reload = chirp.saturating_sub(1);
-        let (mode, rest) = (6 << 4 | 1 << 3, 4 << 4 | 1 << 3);
-        SyncOutput { reload, compare, mode, rest, enable: 1 << 8 }
+        SyncOutput { reload: chirp.saturating_sub(1), compare }
     }
 }
 
-/// TIM2 as the gate of TIM3. A rise on PB3 (Arduino D3) lets exactly the samples of one chirp through, so the samples synchronise again to
-/// each chirp of an external source.
-///
-/// ```text
-/// gate      ____/                               \____   a whole number of periods
-/// samples        .   |   |   |   |   |   |   |   .      the first and the last half a period from its edges
-/// ```
-///
-/// TIM3 begins in the middle of its period and is left there, so that a gate which opens or closes some cycles late takes the same samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SyncInput {
-    /// TIM2_ARR: ticks in a chirp; the gate is open from 1 to this count.
-    pub reload: u32,
-    /// TIM2_CCR1.
-    pub compare: u32,
-    /// TIM2_CR1 (RM 17.4.1): OPM 3, one pulse.
-    pub control: u32,
-    /// TIM2_CR2: MMS 6:4 = 4, OC1REF is the trigger output.
-    pub control2: u32,
-    /// TIM2_SMCR (RM 17.4.3): TS 6:4 = 6 TI2FP2, SMS 2:0 = 6 its rise starts the counter.
-    pub slave: u32,
-    /// TIM2_CCMR1 (RM 17.4.7): OC1M 6:4 = 7 high from the compare value on, CC2S 9:8 = 1 an input, IC2F 15:12 = 3: a rise counts once
-    /// the pin was high for eight ticks, 89 ns.
-    pub mode: u32,
-    /// TIM2_CCER (RM 17.4.9): CC2E 4, each rise captures the count.
-    pub enable: u32,
-    /// TIM2_DIER (RM 17.4.4): UIE 0 the gate has closed, CC2IE 2 a rise.
-    pub interrupts: u32,
-    /// TIM3_SMCR: TS 6:4 = 1 ITR1, which is TIM2 (table 101); SMS 2:0 = 5 counts while ITR1 is high.
-    pub gate: u32,
-}
-
-impl SyncInput {
-    /// The gate for chirps of this many timer ticks; `None` for more than TIM2 counts.
-    pub const fn new(ticks: u64) -> Option<Self> {
-        if ticks == 0 || ticks > u32::MAX as u64 {
-            return None;
-        }
-        Some(SyncInput {
-            reload: ticks as u32,
-            compare: 1,
-            control: 1 << 3,
-            control2: 4 << 4,
-            slave: 6 << 4 | 6,
-            mode: 7 << 4 | 1 << 8 | 3 << 12,
-            enable: 1 << 4,
-            interrupts: 1 | 1 << 2,
-            gate: 1 << 4 | 5,
-        })
-    }
+/// TIM2_ARR as the gate for chirps of this many timer ticks; `None` for more than TIM2 counts.
+pub fn gate_ticks(ticks: u64) -> Option<u32> {
+    u32::try_from(ticks).ok().filter(|&ticks| ticks > 0)
 }
 
 #[cfg(test)]
@@ -243,22 +174,11 @@ mod tests {
         assert_eq!(plan(0, [0, 4095]), Err(WaveformError::Steps));
     }
 
-    // RM 14.5.1, 9.5.5, 17.4.
     #[test]
-    fn words() {
-        assert_eq!((DAC_CR, DAC_REST), (0x0000_102D, 0x0000_0029));
-        assert_eq!(DAC_STREAM, 0x0E02_2D40);
-        let output = SyncOutput::new(3, 1088);
-        assert_eq!((output.reload, output.compare), (3263, 1088));
-        assert_eq!((output.mode, output.rest, output.enable), (0x68, 0x48, 0x100));
+    fn a_pulse_marks_a_segment_and_a_gate_lets_a_chirp_through() {
+        assert_eq!(SyncOutput::new(3, 1088), SyncOutput { reload: 3263, compare: 1088 });
         assert_eq!(SyncOutput::new(1, 1088).compare, 544);
-        let input = SyncInput::new(3 * 1088 * 60).unwrap();
-        assert_eq!((input.reload, input.compare, input.control), (195_840, 1, 8));
-        assert_eq!(
-            (input.control2, input.slave, input.mode, input.gate),
-            (0x40, 0x66, 0x3170, 0x15)
-        );
-        assert_eq!(SyncInput::new(0), None);
-        assert_eq!(SyncInput::new(1 << 32), None);
+        assert_eq!(gate_ticks(3 * 1088 * 60), Some(195_840));
+        assert_eq!((gate_ticks(0), gate_ticks(1 << 32)), (None, None));
     }
 }
