@@ -19,7 +19,7 @@ import json
 import math
 import os
 import warnings
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
@@ -91,10 +91,10 @@ class Doppler:
 class Chirp:
     """A frequency-modulated continuous wave: answers have a range and a velocity. One block is one segment, in order.
 
+    shape: "trapezoid" (up, flat, down), "triangle" (up, down) or "sawtooth" (up), the one argument without a name: Chirp("sawtooth", ...).
     wavelength_m or carrier_hz: at the bottom of a ramp.
     bandwidth_hz: how far a ramp rises.
     duration_s: of each segment.
-    shape: "trapezoid" (up, flat, down), "triangle" (up, down) or "sawtooth" (up).
     guard_s: from a segment's start to the first sample of its block.
     mixing: as for Doppler.
     sweep_curvature: how far the middle of a ramp lies above a straight one, as a share of the bandwidth.
@@ -102,10 +102,11 @@ class Chirp:
         targets: without one a sawtooth's range is "ambiguous", and so is a first triangle of real samples.
     """
 
+    shape: str = "trapezoid"
+    _: KW_ONLY
     bandwidth_hz: float
     duration_s: float
     wavelength_m: float | None = None
-    shape: str = "trapezoid"
     guard_s: float = 0.0
     mixing: str = "tx-conj-rx"
     sweep_curvature: float = 0.0

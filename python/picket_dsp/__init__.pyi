@@ -1,5 +1,5 @@
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from os import PathLike
 from types import EllipsisType
 from typing import Any, Literal, TypeAlias, overload
@@ -39,10 +39,11 @@ class Doppler:
 
 @dataclass(frozen=True)
 class Chirp:
+    shape: Literal["trapezoid", "triangle", "sawtooth"] = ...
+    _: KW_ONLY
     bandwidth_hz: float
     duration_s: float
     wavelength_m: float | None = ...
-    shape: Literal["trapezoid", "triangle", "sawtooth"] = ...
     guard_s: float = ...
     mixing: Literal["rx-conj-tx", "tx-conj-rx"] = ...
     sweep_curvature: float = ...

@@ -106,7 +106,7 @@ class Frame(_Front):
         calibration=None,
     ):
         if not isinstance(scene, Chirp) or scene.shape != "sawtooth":
-            raise ValueError('a frame is of sawtooth chirps: scene=Chirp(shape="sawtooth", ...)')
+            raise ValueError('a frame is of sawtooth chirps: scene=Chirp("sawtooth", ...)')
         super().__init__(n, rate_hz, codes, iq, None, scene, None, "i32", "float")
         least = scene.duration_s
         period = least if period_s is None else number("period_s", period_s, f"give at least a ramp's {least} s", lambda x: x >= least)
@@ -231,7 +231,7 @@ class Displacement(_Phases):
 
     def __init__(self, n=1024, rate_hz=None, codes=12, iq=False, scene=None, *, most_turns=0.25, band_hz=None):
         if _kind(scene) == "tone" or isinstance(scene, Chirp) and scene.shape != "sawtooth":
-            raise ValueError('ways are of a Doppler, or of a Chirp(shape="sawtooth", ...)')
+            raise ValueError('ways are of a Doppler, or of a Chirp("sawtooth", ...)')
         super().__init__(n, rate_hz, codes, iq, band_hz, scene, None, "i32", "float")
         self._most = number("most_turns", most_turns, "give more than 0, at most 0.25", lambda x: 0 < x <= 0.25)
 
@@ -253,7 +253,7 @@ class Sequence(_Phases):
 
     def __init__(self, n=1024, rate_hz=None, codes=12, iq=False, scene=None, *, period=None, band_hz=None):
         if not isinstance(scene, Chirp) or scene.shape != "sawtooth":
-            raise ValueError('a sequence is of sawtooth chirps: scene=Chirp(shape="sawtooth", ...)')
+            raise ValueError('a sequence is of sawtooth chirps: scene=Chirp("sawtooth", ...)')
         super().__init__(n, rate_hz, codes, iq, band_hz, scene, None, "i32", "float")
         self._period = self._n if period is None else whole("period", period, self._n, (1 << 32) - 1)
 

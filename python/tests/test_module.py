@@ -265,7 +265,7 @@ def test_a_doppler_radar_of_the_simulator():
 
 @pytest.mark.parametrize("shape, every", [("trapezoid", 3), ("triangle", 2), ("sawtooth", 1)])
 def test_a_chirp_radar_of_the_simulator(shape, every):
-    scene = Chirp(bandwidth_hz=200e6, duration_s=1.1e-3, guard_s=20e-6, carrier_hz=24e9, shape=shape)
+    scene = Chirp(shape, bandwidth_hz=200e6, duration_s=1.1e-3, guard_s=20e-6, carrier_hz=24e9)
     velocity = 0.0 if shape == "sawtooth" else 5.0
     blocks = 400 * every
     samples, truth = picket_dsp.simulate(scene, [(30.0, velocity, 900.0)], blocks=blocks, noise=30.0, iq=True, seed=5)
