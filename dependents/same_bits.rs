@@ -3,7 +3,7 @@
 //! The samples are made by integers alone, so that a difference is the library's.
 
 use picket_dsp::acquire::sample::Record;
-use picket_dsp::{Arithmetic, Codes, Config, Iq, Method, Pipeline, Real, Stamp};
+use picket_dsp::{Arithmetic, Codes, Config, Effort, Iq, Method, Pipeline, Real, Stamp};
 
 /// What was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,8 +16,8 @@ pub struct Seen {
     pub good: u32,
 }
 
-/// Measures 10,000 blocks: real ones and I/Q, of 64 to 4096 samples, every second by least squares, the others by every
-/// method in turn.
+/// Measures 10,000 blocks: real ones and I/Q, of 64 to 4096 samples, every second by least squares with every effort in turn, the others by
+/// every method in turn.
 pub fn same_bits(arithmetic: Arithmetic) -> Seen {
     let mut seen = Seen { blocks: 0, checksum: 0xCBF2_9CE4_8422_2325, good: 0 };
     measure::<Real, 64>(3000, arithmetic, &mut seen);
@@ -33,6 +33,7 @@ fn measure<R: Record, const N: usize>(blocks: u32, arithmetic: Arithmetic, seen:
     let codes = Codes::signed::<12>();
     let config = Config { arithmetic, ..Config::new(48_000.0, codes) };
     let fits = |method: &Method| method.fits::<R>();
+    let mut efforts = Effort::ALL.iter().copied().cycle();
     let mut methods = Method::ALL.iter().copied().filter(fits).cycle();
     let Ok(plan) = config.plan() else { return };
     let mut pipeline = Pipeline::<R, N>::new(plan);
@@ -40,8 +41,9 @@ fn measure<R: Record, const N: usize>(blocks: u32, arithmetic: Arithmetic, seen:
     let mut samples = [R::Sample::default(); N];
     for block in 0..blocks {
         let method = if block % 2 == 0 { Some(Method::default()) } else { methods.next() };
-        let Some(method) = method else { return };
-        let Ok(plan) = Config { method, ..config }.plan() else { return };
+        let effort = if block % 2 == 0 { efforts.next() } else { Some(Effort::LOOK) };
+        let (Some(method), Some(effort)) = (method, effort) else { return };
+        let Ok(plan) = Config { method, effort, ..config }.plan() else { return };
         pipeline.set_plan(plan);
         fill::<R>(&mut samples, codes, &mut random);
         let tone = pipeline.block(&Stamp::default(), &samples).tone;

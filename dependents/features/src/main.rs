@@ -8,8 +8,8 @@ use picket_dsp::acquire::sample::Record;
 use picket_dsp::tone::harmonic::HIGHEST;
 use picket_dsp::tone::lines::MOST;
 use picket_dsp::{
-    Arithmetic, Codes, Config, FrequencyOnly, Iq, Measurement, Pipeline, Plan, Real, Stamp, Tone,
-    Verdict,
+    Arithmetic, Codes, Config, Effort, FrequencyOnly, Iq, Measurement, Pipeline, Plan, Real, Stamp,
+    Tone, Verdict,
 };
 use std::collections::BTreeMap;
 
@@ -62,7 +62,9 @@ impl Answers {
     fn measure<R: Record, const N: usize>(&mut self, samples: &[R::Sample], codes: Codes) {
         let Ok(samples) = <&[R::Sample; N]>::try_from(samples) else { return };
         for (name, arithmetic) in [("float", Arithmetic::Float), ("fixed", Arithmetic::Fixed)] {
-            let config = Config { arithmetic, ..Config::new(48e3, codes) };
+            // The rounds of the joint fit are what its feature adds.
+            let effort = Effort::LOOK;
+            let config = Config { arithmetic, effort, ..Config::new(48e3, codes) };
             let Ok(plan) = config.plan() else { return };
             let mut pipeline = Pipeline::<R, N>::new(plan);
             let measurement = pipeline.block(&Stamp::default(), samples);
