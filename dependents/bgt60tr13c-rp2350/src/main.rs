@@ -13,8 +13,7 @@ use embassy_rp::{bind_interrupts, dma};
 use embassy_time::{Delay, Timer};
 use embedded_hal_bus::spi::ExclusiveDevice;
 use panic_halt as _;
-use picket_dsp::Verdict;
-use picket_with_bgt60tr13c::{Memory, run};
+use picket_with_bgt60tr13c::{Memory, is_nearing, run};
 
 bind_interrupts!(struct Irqs {
     DMA_IRQ_0 => dma::InterruptHandler<DMA_CH0>, dma::InterruptHandler<DMA_CH1>;
@@ -36,12 +35,7 @@ async fn main(_spawner: Spawner) {
         let Ok(device) = ExclusiveDevice::new(&mut bus, &mut select, Delay);
         let ended: Result<Infallible, _> =
             run((device, &mut reset, &mut interrupt, Delay), memory, |targets| {
-                let nears = targets.iter().any(|seen| {
-                    let target = &seen.target;
-                    target.verdict == Verdict::Good
-                        && target.velocity.is_some_and(|velocity| velocity > 0.1)
-                });
-                lamp.set_level(nears.into());
+                lamp.set_level(targets.iter().any(is_nearing).into());
             })
             .await;
         // The radar does not answer, or its FIFO overflowed: begin anew.

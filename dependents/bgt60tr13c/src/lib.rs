@@ -12,7 +12,7 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal_async::{delay::DelayNs, digital::Wait, spi::SpiDevice};
 use picket_dsp::config::SPEED_OF_LIGHT;
 use picket_dsp::frame::{Cells, Frame, FrameConfig, FrameTarget};
-use picket_dsp::{Chirp, Codes, ConfigError, Format, Framer, Pipeline, Plan, Real, Shape};
+use picket_dsp::{Chirp, Codes, ConfigError, Format, Framer, Pipeline, Plan, Real, Shape, Verdict};
 
 /// Samples of a chirp.
 pub const N: usize = 64;
@@ -162,6 +162,12 @@ where
             each(&frame.targets());
         }
     }
+}
+
+/// Whether something surely comes nearer, by 10 cm a second or more.
+pub fn is_nearing(seen: &FrameTarget) -> bool {
+    let target = &seen.target;
+    target.verdict == Verdict::Good && target.velocity.is_some_and(|velocity| velocity > 0.1)
 }
 
 /// The same as the driver wants it.
