@@ -198,7 +198,7 @@ impl Map<'_> {
 
 impl Echo {
     /// Keeps both rests within half a bin.
-    fn centre(&mut self, chirps: i32) {
+    pub fn centre(&mut self, chirps: i32) {
         let whole = nearest(self.offset);
         self.peak += whole as i32;
         self.offset -= whole;

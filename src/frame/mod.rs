@@ -58,7 +58,8 @@
 //!    cells. The search goes on in the rest, and all targets are fitted again together, up to [`TARGETS`].
 //! 4. The noise is that of the cells around a target, in both directions (`noise`); a target counts if noise alone exceeds it in no more
 //!    frames than the setting allows.
-//! 5. Range and velocity follow with their covariance:
+//! 5. A target that louder ones may make, as a harmonic or a sideband, is [`Verdict::Unresolved`](crate::Verdict::Unresolved) (`ghost`).
+//! 6. Range and velocity follow with their covariance:
 //!
 //! ```text
 //! turns a chirp = -s 2 V (f0 + S t) Tc / c      beat = s (S 2 R / c (1 + 2 V / c) - 2 V (f0 + S t) / c)
@@ -84,6 +85,7 @@
 mod cells;
 mod echo;
 mod fit;
+mod ghost;
 mod hunt;
 mod map;
 mod noise;

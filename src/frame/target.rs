@@ -2,6 +2,7 @@
 
 use super::echo::Echo;
 use super::fit::Fitted;
+use super::ghost::Suspect;
 use super::map::Map;
 use super::plan::ON_BOUND;
 use crate::chance::ln_of_map;
@@ -67,7 +68,7 @@ impl Map<'_> {
     }
 
     /// Range and velocity of an echo.
-    fn place(&self, echo: &Echo) -> [I32F32; 2] {
+    pub fn place(&self, echo: &Echo) -> [I32F32; 2] {
         let plan = self.plan;
         let offset = echo.middle(plan);
         let beat = (echo.peak as f32 + offset) / plan.n as f32;
@@ -131,6 +132,10 @@ impl Map<'_> {
             LineClass::Unresolved => reasons = reasons.with(Verdict::Unresolved),
         }
         if nearest < CROWDED {
+            reasons = reasons.with(Verdict::Unresolved);
+        }
+        let sigma = [sigma_beat * n, sigma_turn * chirps, sigma_range];
+        if self.is_ghost(&Suspect { echo, energy: fitted.energy, ratio, sigma }) {
             reasons = reasons.with(Verdict::Unresolved);
         }
         if self.store.filled.clipped as f32 > CLIPPED * n * chirps {

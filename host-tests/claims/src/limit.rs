@@ -42,6 +42,8 @@ pub enum Event {
     RightNumber,
     /// A trial has an answer without a source.
     More,
+    /// A trial has a `good` answer without a source.
+    MoreGood,
     /// Its amplitude is off by more than this share and what noise explains, of the usable ones.
     LevelOff(f64),
     /// A trial has usable rows of more tracks than so many.
@@ -169,6 +171,7 @@ impl Event {
             Event::Found => of(&any, &|seen| seen.verdict < Verdict::Weak),
             Event::RightNumber => trials_of(&|trial| trial.missing == 0 && trial.more == 0),
             Event::More => trials_of(&|trial| trial.more > 0),
+            Event::MoreGood => trials_of(&|trial| trial.more_good > 0),
             Event::LevelOff(share) => of(&usable, &|seen| seen.level > share),
             Event::Identities(most) => trials_of(&|trial| trial.identities > most),
             Event::Late(blocks) => {

@@ -55,6 +55,8 @@ pub struct Trial {
     pub missing: usize,
     /// Answers without a source.
     pub more: usize,
+    /// Of them the `good` ones.
+    pub more_good: usize,
     /// Numbers of tracks that had a usable row.
     pub identities: usize,
     /// Watched blocks until each source was held by a track within a bin and a half.

@@ -104,6 +104,7 @@ impl Display for Event {
             Event::Found => f.write_str("found"),
             Event::RightNumber => f.write_str("an answer for each source, and no other"),
             Event::More => f.write_str("an answer without a source"),
+            Event::MoreGood => f.write_str("a `good` answer without a source"),
             Event::LevelOff(share) => {
                 write!(f, "amplitude {} % off, of the usable", percent(share))
             }

@@ -4,7 +4,8 @@ use picket_claims::scenes::{Kind, amplitude, deviation};
 use picket_claims::{Asked, Case, Event, Path, hold, hold_together};
 use picket_dsp::Config;
 use picket_simulator::Scene;
-use picket_simulator::scene::{Receiver, Shape, Source, Target, Waveform};
+use picket_simulator::scene::{Change, Receiver, Shape, Source, Target, Vibration, Waveform};
+use std::f64::consts::TAU;
 
 use Kind::{Iq, Real};
 
@@ -201,6 +202,123 @@ fn an_accelerating_target_is_right() {
         }
     }
     hold_together("an accelerating target is right, all together", rows, &RIGHT);
+}
+
+/// What an echo that swings, or an amplifier at its end, adds to a frame is no `good` target, and the target itself stays right.
+#[test]
+fn what_a_louder_target_makes_is_no_target() {
+    const FAULTS: [&str; 5] = ["level by 5 %", "level by 30 %", "phase", "amplifier", "two beyond"];
+    let (n, chirps) = (256, 64);
+    let [mut levels, mut phases, mut amplified] = [const { Vec::new() }; 3];
+    for radar in [&RADARS[0], &RADARS[2]] {
+        for kind in [Iq, Real] {
+            for fault in FAULTS {
+                for snr_db in [0.0, 10.0, 20.0] {
+                    let amplitude = amplitude(snr_db);
+                    let [bin_m, row_mps] = radar.cell(chirps);
+                    let at = |bin: f64, row: f64| {
+                        let of =
+                            |place: f64, cell: f64| ((place - 2.0) * cell, (place + 2.0) * cell);
+                        target(of(bin, bin_m), of(row, row_mps), amplitude)
+                    };
+                    // Turns of the swing in a frame, and how often in a second.
+                    let per_frame = 5.3;
+                    let rate_hz = per_frame / (1e-6 * radar.period_us * chirps as f64);
+                    let am =
+                        |depth: f64| Change::Am { depth: depth.into(), rate_hz: rate_hz.into() };
+                    let mut targets = vec![at(34.0, -7.0)];
+                    match fault {
+                        "level by 5 %" => targets[0].changes = vec![am(0.05)],
+                        "level by 30 %" => targets[0].changes = vec![am(0.3)],
+                        "phase" => {
+                            // A tenth of a radian.
+                            let amplitude_m = 0.1 * C / (radar.ghz * 1e9) / (2.0 * TAU);
+                            targets[0].vibration = vec![Vibration {
+                                amplitude_m: amplitude_m.into(),
+                                frequency_hz: rate_hz.into(),
+                                phase_turns: (0.0..1.0).into(),
+                            }];
+                        }
+                        "amplifier" => {}
+                        _ => {
+                            let level = Some((0.5 * amplitude).into());
+                            targets.push(Target { amplitude: level, ..at(41.0, 5.0) });
+                        }
+                    }
+                    let mut scene = radar.scene(kind, n, chirps, targets);
+                    scene.receiver.noise.rms = Some(deviation(amplitude, snr_db).into());
+                    let rows = match fault {
+                        "phase" => &mut phases,
+                        "amplifier" | "two beyond" => {
+                            scene.receiver.limit = Some(0.9 * amplitude);
+                            &mut amplified
+                        }
+                        _ => &mut levels,
+                    };
+                    let label = format!(
+                        "what a louder target makes: {fault}, {}, {}, {snr_db} dB",
+                        kind.name(),
+                        radar.name()
+                    );
+                    let case = Case::new(label, scene, n).by(Path::Frame(chirps)).trials(24);
+                    let bound = 0.999 * radar.half_alias();
+                    rows.push(
+                        case.told(|config: &mut Config| {
+                            config.velocity_mps = Some((-bound, bound))
+                        }),
+                    );
+                }
+            }
+        }
+    }
+    // What swings in the middle of the frame has that velocity, and the answer is the mean.
+    let none = Asked::Share { of: Event::MoreGood, least: 0.0, most: 0.01 };
+    let right = Asked::Share { of: Event::Off(5.0), least: 0.0, most: 0.002 };
+    hold_together("what a swinging level makes, all together", levels, &[none, right]);
+    hold_together("what a swinging place makes, all together", phases, &[none]);
+    // Of two echoes some sums of a higher order stand alone in the band.
+    let few = Asked::Share { of: Event::MoreGood, least: 0.0, most: 0.03 };
+    hold_together("what an amplifier makes, all together", amplified, &[few, right]);
+}
+
+/// Targets at rest, which stand in one row, are not taken for what the louder ones of them make.
+#[test]
+fn targets_at_rest_are_not_what_others_make() {
+    let (n, chirps) = (256, 64);
+    let mut rows = Vec::new();
+    for radar in &RADARS[..3] {
+        for kind in [Iq, Real] {
+            for snr_db in [0.0, 10.0, 20.0] {
+                let [bin_m, _] = radar.cell(chirps);
+                // Each within so many bins, down to 20 dB below the first.
+                let amplitude = amplitude(snr_db) / 6.0;
+                let targets = (0..6).map(|index| {
+                    let bin = 12.0 + 17.0 * f64::from(index);
+                    let at = target(
+                        ((bin - 6.0) * bin_m, (bin + 6.0) * bin_m),
+                        (0.0, 0.0),
+                        if index == 0 { amplitude } else { 0.0 },
+                    );
+                    let level = (index > 0).then(|| (-20.0..0.0).into());
+                    Target { level_db: level, amplitude: at.amplitude.filter(|_| index == 0), ..at }
+                });
+                let mut scene = radar.scene(kind, n, chirps, targets.collect());
+                scene.receiver.noise.rms = Some(deviation(amplitude, snr_db).into());
+                let label =
+                    format!("targets at rest: {}, {}, {snr_db} dB", kind.name(), radar.name());
+                let case = Case::new(label, scene, n).by(Path::Frame(chirps)).trials(24);
+                let bound = 0.999 * radar.half_alias();
+                rows.push(
+                    case.told(|config: &mut Config| config.velocity_mps = Some((-bound, bound))),
+                );
+            }
+        }
+    }
+    let together = [
+        Asked::Share { of: Event::Good, least: 0.97, most: 1.0 },
+        Asked::Share { of: Event::Off(5.0), least: 0.0, most: 0.002 },
+    ];
+    hold_together("targets at rest, all together", rows, &together);
 }
 
 /// Several targets, three cells apart in one direction at least.

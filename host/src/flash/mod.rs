@@ -99,8 +99,8 @@ fn to_pico(options: &Options) -> Result<ExitCode, FlashError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Flash and RAM that the image may take without its stack. Twelve slots for blocks take 52 KB of the RAM.
-pub const BUDGET: Footprint = Footprint { flash: 448 << 10, ram: 104 << 10 };
+/// Flash and RAM that the image may take without its stack. The program follows the settings' sectors, from 48 KB on. Twelve slots for blocks take 52 KB of the RAM.
+pub const BUDGET: Footprint = Footprint { flash: 464 << 10, ram: 104 << 10 };
 
 const CHIP: &str = "STM32F446RETx";
 const START: u32 = 0x0800_0000;

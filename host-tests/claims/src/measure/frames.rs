@@ -8,7 +8,7 @@ use picket_dsp::frame::{Cells, Frame, FrameConfig, FramePlan, FrameTarget, settl
 use picket_dsp::num_complex::Complex;
 use picket_dsp::solve::phase_range::{Calibration, PhaseRanging};
 use picket_dsp::spectrum::engine;
-use picket_dsp::{Chirp, Pipeline, Plan, Record, Segment};
+use picket_dsp::{Chirp, Pipeline, Plan, Record, Segment, Verdict};
 use picket_simulator::{Run, Truth};
 use std::f64::consts::TAU;
 
@@ -95,6 +95,7 @@ fn held<R: Record, const N: usize>(
         trial.seen.push(seen(&target, &truth, &bound));
     }
     trial.more = found.len();
+    trial.more_good = found.iter().filter(|found| found.target.verdict == Verdict::Good).count();
     trial
 }
 

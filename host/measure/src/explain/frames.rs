@@ -89,7 +89,12 @@ struct Explained<'a> {
     found: &'a Found,
     budget: Budget,
     neighbours: Vec<Neighbour>,
+    /// The amplitude of the loudest target of the frame.
+    louder: f32,
 }
+
+/// What a louder target makes, see `picket_dsp::frame`.
+const GHOST: &str = "a louder target may make it, as a harmonic or as one of two sidebands; or ";
 
 impl<'a> Explained<'a> {
     fn of(all: &'a [Found], place: usize) -> Self {
@@ -110,7 +115,8 @@ impl<'a> Explained<'a> {
         neighbours.sort_by(|a, b| a.apart().total_cmp(&b.apart()));
         let noise = || Uncertainty::default().of_target(&found.found.target, 0.0);
         let budget = found.budget.unwrap_or_else(noise);
-        Self { number: place + 1, found, budget, neighbours }
+        let louder = all.iter().map(|found| found.found.line.tone.amplitude).fold(0.0, f32::max);
+        Self { number: place + 1, found, budget, neighbours, louder }
     }
 
     /// Each reason of the target's verdict, and what it is here.
@@ -153,7 +159,11 @@ impl<'a> Explained<'a> {
         if target.range < 0 {
             return "its range is below 0 m: no alias of the velocity has a place, or --mixing is the other one.".into();
         }
-        "its place is beyond the bounds, or the fit of one echo leaves more than noise: another echo in its cell, or one that is no point.".into()
+        let level = self.found.found.line.tone.amplitude;
+        let ghost = if self.louder > 4.0 * level { GHOST } else { "" };
+        format!(
+            "{ghost}its place is beyond the bounds, or the fit of one echo leaves more than noise: another echo in its cell, or one that is no point."
+        )
     }
 
     /// How the velocity was chosen among its aliases.
