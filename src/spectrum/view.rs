@@ -297,6 +297,34 @@ impl View<'_> {
             .unwrap_or_default()
     }
 
+    /// The bins of a real record from `first` on; zero at DC and Nyquist and beyond them, where neither a fit nor its noise reads.
+    #[inline]
+    fn fill_inside<'b>(&self, first: i32, places: &'b mut [MaybeUninit<Point>]) -> &'b [Point] {
+        let (half, end) = (self.layout.n as i32 / 2, first.saturating_add(places.len() as i32));
+        if first >= 1 && end <= half {
+            return self.row(first as usize, places);
+        }
+        self.fill_beside_ends(first, (first.max(1), end.min(half)), places)
+    }
+
+    /// The bins `from` one `to` another, and zeros below and above.
+    #[inline(never)] // a window beside no end has a shorter way
+    fn fill_beside_ends<'b>(
+        &self,
+        first: i32,
+        (from, to): (i32, i32),
+        places: &'b mut [MaybeUninit<Point>],
+    ) -> &'b [Point] {
+        let middle = from.wrapping_sub(first) as usize..to.wrapping_sub(first) as usize;
+        integer::filled_from_middle(
+            places,
+            middle,
+            |places| self.row(from as usize, places),
+            |_, _| [0; 2],
+        )
+        .unwrap_or_default()
+    }
+
     /// The bins from `first` on without the offset of an I/Q converter: bin 0 is the mean of its neighbours where it stands out of them. A
     /// tone's leakage is smooth enough, and the mean's second difference is 0.
     #[inline]
@@ -306,7 +334,7 @@ impl View<'_> {
         places: &'b mut [MaybeUninit<Point>],
     ) -> &'b [Point] {
         if !self.layout.iq {
-            return self.fill(first, places);
+            return self.fill_inside(first, places);
         }
         let bins = self.fill_circle(first, places);
         let zero = self.layout.wrapped(first.wrapping_neg());

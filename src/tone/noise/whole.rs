@@ -93,15 +93,12 @@ fn real_residual(near: &Neighbourhood, fit: &Fit<f32>, cf: f32) -> f32 {
     let forward = circle::<f32>(1, n);
     let mut turn = forward;
     let mut residual = 0.0;
-    let mut k = 1;
-    while k < n / 2 {
-        let x = near.point(k);
+    for x in near.from(1, n as usize / 2 - 1) {
         let weight = turn.re - cf;
         let re = x[0] as f32 * weight - still - turning * turn.re;
         let im = x[1] as f32 * weight - turning * turn.im;
         residual += re * re + im * im;
         turn *= forward;
-        k += 1;
     }
     residual * unit * unit
 }
