@@ -6,7 +6,7 @@
 //! instrument/     the loop, and the resets by which settings take effect
 //!   |
 //! board.rs        what the instrument needs from a board
-//!   ^             (fence.rs, progress.rs, sampler.rs, shared.rs: what boards have in common)
+//!   ^             (fence.rs, progress.rs, sampler.rs, shared.rs: what boards have in common; self_test/: how they try themselves)
 //! nucleo_f446re/  a board: its registers, and in words/ what goes into them
 //! pico/           another one, with words.rs
 //!
@@ -35,6 +35,8 @@ pub mod pico;
 pub mod progress;
 #[cfg(all(target_os = "none", feature = "instrument"))]
 pub mod sampler;
+#[cfg(all(target_os = "none", feature = "instrument"))]
+pub mod self_test;
 #[cfg(all(target_os = "none", feature = "instrument"))]
 pub mod shared;
 pub use picket_instrument::slot;

@@ -4,12 +4,12 @@ use super::serial::Serial;
 use super::storage::{self, Flash};
 use super::words::Words;
 use super::words::clock::{Speed, Tree};
-use super::{N, SLOT, chirp, converter, self_test, start};
+use super::{N, SLOT, chirp, converter, start};
 use crate::board::Board;
-use crate::fence;
 use crate::instrument::clock;
 use crate::instrument::plan::Plan;
 use crate::slot::Slot;
+use crate::{fence, self_test};
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::frontend::{Blocks, Counters};
 use picket_dsp::pipeline::Measurement;
@@ -130,7 +130,7 @@ impl Board<N, SLOT> for Nucleo {
     }
 
     fn self_test(&mut self) -> bool {
-        self_test::mark();
+        self_test::mark(false);
         true
     }
 

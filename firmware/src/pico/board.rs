@@ -4,11 +4,11 @@ use super::correct::correct;
 use super::line::Serial;
 use super::storage::{self, Flash};
 use super::words::{BAUD, CORE_MHZ, Words};
-use super::{N, SLOT, converter, start, widths};
+use super::{N, SLOT, converter, line, start, widths};
 use crate::board::Board;
-use crate::fence;
 use crate::instrument::plan::Plan;
 use crate::slot::Slot;
+use crate::{fence, self_test};
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::frontend::{Blocks, Counters};
 use picket_dsp::pipeline::Measurement;
@@ -166,6 +166,11 @@ impl Board<N, SLOT> for Pico {
 
     fn feed(&mut self) {
         start::feed();
+    }
+
+    fn self_test(&mut self) -> bool {
+        self_test::mark(line::usb_open());
+        true
     }
 
     fn program() -> u32 {
