@@ -5,7 +5,7 @@ use super::words::clock::HSE_HZ;
 use super::words::guard::{LSI_HZ, WATCHDOG};
 use super::words::sampling::BLOCK_CYCLES;
 use super::{CELLS, N, Nucleo, SLOT, chirp, gauge, registers, tone};
-use crate::board::Board;
+use crate::board::{Board, Clocks, Port};
 use crate::instrument::meter::Every;
 use crate::self_test::items::{Scatter, tone_at};
 use crate::self_test::line::Line;
@@ -61,9 +61,9 @@ impl Trial<N, SLOT> for Nucleo {
 }
 
 fn clocks(bench: &mut Bench) -> Outcome {
-    let (core_hz, ticks_hz) = (bench.board.core_hz(), bench.board.ticks_hz());
+    let Clocks { source, core_hz, ticks_hz } = bench.board.clocks();
     let line = Line::new("clock of ").number(core_hz / 1_000_000).text(" MHz from ");
-    let line = line.text(match bench.board.clock() {
+    let line = line.text(match source {
         Clock::External => "the crystal",
         Clock::Internal => "the internal oscillator",
         Clock::Slow => "the internal oscillator, slow",
@@ -81,7 +81,7 @@ fn clocks(bench: &mut Bench) -> Outcome {
     let exact = probe.is_some_and(|hz| libm::fabs(hz / f64::from(HSE_HZ) - 1.0) < 20e-6);
     let near = watchdog.is_some_and(|hz| (slowest..=fastest).contains(&hz));
     bench.state.bites_ms = WATCHDOG.milliseconds((watchdog.unwrap_or(0.0) as u32).max(1));
-    (bench.board.clock() == Clock::External && exact && near, line)
+    (source == Clock::External && exact && near, line)
 }
 
 fn level(_: &mut Bench) -> Outcome {
@@ -116,7 +116,8 @@ fn cycles(bench: &mut Bench) -> Outcome {
     });
     start::quiet(Quiet::USED);
     let Some(found) = found else { return (false, line.text("it does not start")) };
-    let cycles = (bench.board.core_hz() / 1_000).checked_div(bench.board.ticks_hz() / 1_000);
+    let Clocks { core_hz, ticks_hz, .. } = bench.board.clocks();
+    let cycles = (core_hz / 1_000).checked_div(ticks_hz / 1_000);
     let [usual, ahead] = least.map(|ticks| ticks.saturating_mul(cycles.unwrap_or(0)));
     let [most, _] = BLOCK_CYCLES;
     let line = line.number(usual).text(", with prefetch ").number(ahead);

@@ -23,7 +23,7 @@ const TOO_LONG: u32 = 10_000;
 impl<B: Trial<N, SLOT>, const N: usize, const SLOT: usize> Bench<'_, B, N, SLOT> {
     /// The core's clock, MHz.
     pub fn mhz(&self) -> u16 {
-        (self.board.core_hz() / 1_000_000) as u16
+        (self.board.clocks().core_hz / 1_000_000) as u16
     }
 
     /// Measures the board's tone at a rate, and counts the blocks by the timer.
@@ -53,7 +53,7 @@ impl<B: Trial<N, SLOT>, const N: usize, const SLOT: usize> Bench<'_, B, N, SLOT>
     /// Milliseconds since these ticks.
     fn since(&self, begun: u32) -> u32 {
         let ticks = self.board.ticks().wrapping_sub(begun);
-        ticks.checked_div(self.board.ticks_hz() / 1_000).unwrap_or(0)
+        ticks.checked_div(self.board.clocks().ticks_hz / 1_000).unwrap_or(0)
     }
 
     /// Settings that no other program saves.

@@ -15,7 +15,7 @@ pub mod stream;
 use crate::board::Board;
 use crate::instrument::handover::Handover;
 use crate::instrument::meter::Meters;
-use crate::instrument::stack::Stack;
+use crate::instrument::stack;
 use line::Line;
 use picket_dsp::acquire::sample::{Iq, Real};
 use picket_dsp::tone::Verdict;
@@ -161,7 +161,7 @@ impl<B: Trial<N, SLOT>, const N: usize, const SLOT: usize> Bench<'_, B, N, SLOT>
     /// Listens for a quarter of a second.
     fn listen(&mut self) {
         let begun = self.board.ticks();
-        while self.board.ticks().wrapping_sub(begun) < self.board.ticks_hz() / 4 {
+        while self.board.ticks().wrapping_sub(begun) < self.board.clocks().ticks_hz / 4 {
             self.hear();
             self.board.sleep(None);
         }
@@ -176,7 +176,7 @@ impl<B: Trial<N, SLOT>, const N: usize, const SLOT: usize> Bench<'_, B, N, SLOT>
     /// Reports an item's result, and counts it, unless the item shall be tried again.
     #[inline(never)] // once, for all items
     fn tell(&mut self, (holds, line): Outcome) {
-        self.state.stack = self.state.stack.max(Stack::used());
+        self.state.stack = self.state.stack.max(stack::used());
         self.state.tries += 1;
         self.state.again = !holds && self.state.tries < TRIES;
         let [held, failed] = &mut self.state.outcomes;
@@ -197,7 +197,7 @@ impl<B: Trial<N, SLOT>, const N: usize, const SLOT: usize> Bench<'_, B, N, SLOT>
     #[inline(never)] // once, for all lines
     fn say(&mut self, sign: &str, line: &Line) {
         let begun = self.board.ticks();
-        let patience = self.board.ticks_hz() * OPENING;
+        let patience = self.board.clocks().ticks_hz * OPENING;
         while self.state.reopened
             && !B::heard()
             && self.board.ticks().wrapping_sub(begun) < patience
@@ -214,7 +214,7 @@ impl<B: Trial<N, SLOT>, const N: usize, const SLOT: usize> Bench<'_, B, N, SLOT>
 
     /// The last item, and the sum.
     fn end(&mut self) {
-        let (stack, room) = (self.state.stack, Stack::room());
+        let (stack, room) = (self.state.stack, stack::room());
         let line = Line::new("stack: ").number(stack).text(" of ").number(room).text(" B");
         self.tell((stack > 0 && stack < room, line));
         let [held, failed] = self.state.outcomes;

@@ -65,8 +65,8 @@ impl<B: Trial<N, SLOT>, const N: usize, const SLOT: usize> Bench<'_, B, N, SLOT>
         let (plan, words) = board.plan(settings).ok()?;
         meters.set(&plan);
         let rate_hz = plan.settings.config.rate_hz;
-        let ticks_hz = f64::from(board.ticks_hz());
-        let block_ticks = (f64::from(plan.length) / rate_hz * ticks_hz) as u32;
+        let ticks_hz = board.clocks().ticks_hz;
+        let block_ticks = (f64::from(plan.length) / rate_hz * f64::from(ticks_hz)) as u32;
         let blocks = (f64::from(SECONDS) * rate_hz / f64::from(plan.length)) as u32;
         let wanted = if self.state.quick { moment } else { blocks.max(moment) };
         let mut found = Found::default();
@@ -81,7 +81,7 @@ impl<B: Trial<N, SLOT>, const N: usize, const SLOT: usize> Bench<'_, B, N, SLOT>
                 // Two blocks' time and a tenth of a second: the stream hangs.
                 idle = idle.saturating_add(now.wrapping_sub(last));
                 last = now;
-                if idle > block_ticks.saturating_mul(2).saturating_add(board.ticks_hz() / 10) {
+                if idle > block_ticks.saturating_mul(2).saturating_add(ticks_hz / 10) {
                     break;
                 }
                 board.sleep(Some(&blocks));
