@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 const PATIENCE: Duration = Duration::from_secs(25);
 /// After this the order is given again.
 const AGAIN: Duration = Duration::from_secs(1);
+const ORDER: Request = Request { tag: 0x5E, command: Command::SelfTest };
 
 /// Has the board try itself, and prints its list. Returns the lines, and whether every item held; of a board that says nothing more an error.
 pub fn listen(
@@ -24,7 +25,7 @@ pub fn listen(
     let mut listener = Listener::default();
     let mut text = Vec::new();
     let mut heard = Instant::now();
-    let request = Request { tag: 0x5E, command: Command::SelfTest };
+    let request = ORDER;
     let mut asked: Option<Instant> = None;
     let patience = PATIENCE * if emulated { 10 } else { 1 };
     while end::asked().is_none() && list.held.is_none() {
@@ -104,6 +105,12 @@ impl List {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A board that has begun takes the order, given once more, for nothing.
+    #[test]
+    fn the_order_does_not_shorten_the_list() {
+        assert!(!ORDER.to_frame().contains(&b'q'));
+    }
 
     #[test]
     fn a_list_holds_if_each_item_does() {
