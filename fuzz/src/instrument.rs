@@ -19,7 +19,7 @@ use picket_instrument::plan::Plan;
 use picket_instrument::slot::Slot;
 use picket_instrument::storage::{self, PAGE, Page, Storage};
 use picket_instrument::words::{WORDS, payload, words};
-use picket_instrument::{End, Instrument, Port, Start, checksum};
+use picket_instrument::{Clocks, End, Instrument, Port, Slots, Start, checksum};
 use picket_wire::boot::{Boot, Causes, Clock, LastEnd, Origin};
 use picket_wire::command::{Answer, Command, Refusal, Request};
 use picket_wire::frame::{Kind, Reader, WIRE};
@@ -27,6 +27,8 @@ use picket_wire::settings::{Calibration, Drive, Mode, Settings};
 use picket_wire::settings_error::SettingsError;
 use picket_wire::status::{Raw, Status};
 use picket_wire::telemetry::Telemetry;
+use std::cell::RefCell;
+use std::rc::Rc;
 
 /// Samples in a block.
 const N: usize = 64;
@@ -77,22 +79,28 @@ impl Flash {
     }
 }
 
-impl Storage for Flash {
+/// The flash, which the instrument and the bench hold.
+#[derive(Clone)]
+struct Chip(Rc<RefCell<Flash>>);
+
+impl Storage for Chip {
     type Error = ();
 
     fn read(&self, page: Page, index: usize) -> u32 {
-        self.pages[page as usize][index]
+        self.0.borrow().pages[page as usize][index]
     }
 
     fn erase(&mut self, page: Page) -> Result<(), ()> {
-        let (done, fine) = self.turn();
-        self.pages[page as usize].iter_mut().for_each(|word| *word |= done);
+        let mut flash = self.0.borrow_mut();
+        let (done, fine) = flash.turn();
+        flash.pages[page as usize].iter_mut().for_each(|word| *word |= done);
         fine.then_some(()).ok_or(())
     }
 
     fn write(&mut self, page: Page, index: usize, word: u32) -> Result<(), ()> {
-        let (done, fine) = self.turn();
-        self.pages[page as usize][index] &= word | !done;
+        let mut flash = self.0.borrow_mut();
+        let (done, fine) = flash.turn();
+        flash.pages[page as usize][index] &= word | !done;
         fine.then_some(()).ok_or(())
     }
 }
@@ -100,8 +108,8 @@ impl Storage for Flash {
 /// What the instrument has around it, and what a host sees.
 struct World {
     ticks: u32,
-    flash: Flash,
-    slots: Vec<Slot<SLOT>>,
+    flash: Chip,
+    slots: Free,
     counters: Counters,
     /// Bytes that wait for the line, and whether it takes none.
     waits: usize,
@@ -149,7 +157,7 @@ impl World {
         let missed = u32::from(kind & 0xF0 == 0xF0);
         self.counters.missed = self.counters.missed.wrapping_add(missed);
         *number += 1 + u64::from(missed);
-        let Some(mut slot) = self.slots.pop() else {
+        let Some(mut slot) = self.slots.0.borrow_mut().pop() else {
             self.counters.overruns = self.counters.overruns.wrapping_add(1);
             return None;
         };
@@ -164,11 +172,24 @@ impl World {
     }
 }
 
+/// The memory for the next blocks, which the instrument and the bench hold.
+#[derive(Clone, Default)]
+struct Free(Rc<RefCell<Vec<Slot<SLOT>>>>);
+
+impl Slots<SLOT> for Free {
+    fn release(&mut self, slot: Slot<SLOT>) {
+        let mut slots = self.0.borrow_mut();
+        slots.push(slot);
+        assert!(slots.len() <= SLOTS);
+    }
+}
+
 impl Port<N, SLOT> for World {
     const NAME: &'static str = "fuzz";
     const CODES: Codes = Codes::signed::<16>();
     type Words = ();
-    type Storage = Flash;
+    type Storage = Chip;
+    type Slots = Free;
 
     fn plan(&self, settings: &Settings) -> Result<(Plan<N>, ()), SettingsError> {
         // A converter that runs at 1 MHz by a whole number.
@@ -177,29 +198,12 @@ impl Port<N, SLOT> for World {
         Ok((Plan::new(settings, 1e6 / period)?, ()))
     }
 
-    fn release(&mut self, slot: Slot<SLOT>) {
-        self.slots.push(slot);
-        assert!(self.slots.len() <= SLOTS);
-    }
-
     fn counters(&self) -> Counters {
         self.counters
     }
 
-    fn clock(&self) -> Clock {
-        Clock::External
-    }
-
-    fn core_hz(&self) -> u32 {
-        TICKS_HZ
-    }
-
     fn ticks(&self) -> u32 {
         self.ticks
-    }
-
-    fn ticks_hz(&self) -> u32 {
-        TICKS_HZ
     }
 
     fn has_room(&self, bytes: usize) -> bool {
@@ -231,10 +235,6 @@ impl Port<N, SLOT> for World {
             });
         }
         true
-    }
-
-    fn storage(&mut self) -> &mut Flash {
-        &mut self.flash
     }
 
     fn stalled(&mut self) -> bool {
@@ -296,7 +296,8 @@ fn lives(meters: &mut Meters, mut input: Input) -> u64 {
     let [fill, ticks] = input.take();
     // A new chip, or one that held something else; ticks that wrap soon.
     let page = [if fill & 1 == 0 { u32::MAX } else { u32::from(fill) * 0x0101_0101 }; PAGE];
-    let mut flash = Flash { pages: [page; 2], fault: None, done: 0, off: false };
+    let flash = Flash { pages: [page; 2], fault: None, done: 0, off: false };
+    let mut flash = Chip(Rc::new(RefCell::new(flash)));
     // Or one with settings.
     let kept = fill & 2 != 0;
     let config = Config { codes: World::CODES, ..Settings::default().config };
@@ -307,7 +308,7 @@ fn lives(meters: &mut Meters, mut input: Input) -> u64 {
     let mut world = World {
         ticks: u32::MAX - u32::from(ticks) * 100_000,
         flash,
-        slots: Vec::new(),
+        slots: Free::default(),
         counters: Counters::default(),
         waits: 0,
         stuck: false,
@@ -334,12 +335,12 @@ fn lives(meters: &mut Meters, mut input: Input) -> u64 {
     while !input.0.is_empty() {
         // SAFETY: the slots of the life before, which alone referred to this memory, are dropped: those of the world here, the one in
         // a capture with its instrument.
-        world.slots = memory
+        *world.slots.0.borrow_mut() = memory
             .iter_mut()
             .map(|words| Slot::new(unsafe { &mut *std::ptr::from_mut(words) }))
             .collect();
         birth = life(meters, &mut world, &mut knows, birth, &mut input, &mut steps);
-        world.slots.clear();
+        world.slots.0.borrow_mut().clear();
     }
     steps
 }
@@ -362,11 +363,13 @@ fn life(
     let crashes = Crashes::at_start(knows.crashes, causes, &last);
     knows.crashes = crashes.word();
     let start = Start::new::<N>(left, &world.flash, crashes);
-    let start = Start { causes, last, saves: knows.saves, ..start };
-    let made = Instrument::new(&*world, start, meters);
+    let clocks = Clocks { source: Clock::External, core_hz: TICKS_HZ, ticks_hz: TICKS_HZ };
+    let start = Start { causes, last, saves: knows.saves, clocks, ..start };
+    let made = Instrument::new(&*world, start, world.flash.clone(), meters);
     let (mut it, ()) = made.expect("the default settings work here");
     let measuring = it.plan().settings.start;
-    it.begin(world, measuring);
+    let slots = measuring.then(|| world.slots.clone());
+    it.begin(world, slots);
     let request = Request { tag: 77, command: Command::GetSettings };
     assert!(it.on_bytes(world, &request.to_frame()).is_none());
     knows.born(world, left, crashes.halts());
@@ -408,8 +411,8 @@ fn life(
             }
             9 => {
                 let fault = if how & 1 == 0 { Fault::Refuses } else { Fault::Power };
-                world.flash.fault = Some((fault, how / 2 % (PAGE as u8 + 2)));
-                world.flash.done = u32::from_le_bytes(input.take());
+                world.flash.0.borrow_mut().fault = Some((fault, how / 2 % (PAGE as u8 + 2)));
+                world.flash.0.borrow_mut().done = u32::from_le_bytes(input.take());
                 None
             }
             10 => {
@@ -447,15 +450,15 @@ fn life(
                 heard
             }
         };
-        if world.flash.off {
-            world.flash.off = false;
+        if world.flash.0.borrow().off {
+            world.flash.0.borrow_mut().off = false;
             knows.saves = 0;
             knows.hear(world, None);
             return Birth { causes: Causes(1), ..Birth::default() };
         }
         if let Some(end) = heard {
             knows.hear(world, None);
-            assert_eq!(world.slots.len(), SLOTS, "an end that keeps a block");
+            assert_eq!(world.slots.0.borrow().len(), SLOTS, "an end that keeps a block");
             knows.saves = it.saves();
             let left = match end {
                 End::Restart(settings) => Some(words(&settings, N)),

@@ -17,6 +17,8 @@ mod pairs;
 mod pulses;
 #[path = "pico/scene.rs"]
 mod scene;
+#[path = "pico/self_test.rs"]
+mod self_test;
 #[path = "pico/usb.rs"]
 mod usb;
 

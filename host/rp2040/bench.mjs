@@ -18,6 +18,12 @@ let inputs = 1;
 let next = 0;
 /** Whether the converter's input is wired to the chirp's output, through a filter of no time. */
 let wired = false;
+/** Whether it is wired there without a filter: it reads the output's high or low. */
+let jumper = false;
+/** How many times as long as it should the converter takes for a sample. */
+let slow = 1;
+/** The codes of the temperature's sensor in turn: 0.706 V of 3.3 V at 27 C. */
+const SENSOR = [876, 877, 875, 877];
 /** Whether it reads how many conversions came before since its start; `null` if not. */
 let count = null;
 /** The sync output's rises and falls, in ns. */
@@ -81,7 +87,12 @@ function plug(reason) {
 
 /** What lies at an input of the converter: the samples in turn, or the chirp's level of 4096. */
 function input(channel) {
+  if (channel === 4) return SENSOR[figures.taken % SENSOR.length];
   if (count !== null) return count++ & 0xfff;
+  if (jumper) {
+    const { alarmA, timer } = mcu.pwm.channels[7];
+    return timer.counter < alarmA.target ? 4095 : 0;
+  }
   if (wired) {
     const { alarmA, timer } = mcu.pwm.channels[7];
     return Math.min(Math.floor((4096 * alarmA.target) / (timer.top + 1)), 4095);
@@ -98,8 +109,10 @@ function convert() {
     adc.currentChannel = channel;
     adc.channelValues[channel] = input(channel);
     figures.taken++;
-    adc.sampleAlarm.schedule(2000);
+    adc.sampleAlarm.schedule(2000 * slow);
   };
+  const wait = adc.multiShotAlarm.schedule.bind(adc.multiShotAlarm);
+  adc.multiShotAlarm.schedule = (nanos) => wait(nanos * slow);
   const write = adc.writeUint32.bind(adc);
   adc.writeUint32 = (offset, value) => {
     // START_MANY.
@@ -196,13 +209,13 @@ const orders = {
     plug(0);
   },
   /** For so many inputs, whose codes of the same moment stand side by side. */
-  samples(file, count) {
+  samples(file, side) {
     const bytes = readFileSync(file);
     samples = new Int16Array(bytes.buffer, bytes.byteOffset, bytes.length >> 1);
-    inputs = Number(count);
-    next = 0;
-    wired = false;
+    inputs = Number(side);
     count = null;
+    next = 0;
+    wired = jumper = false;
   },
   /** Each conversion reads how many came before it since the converter's start. */
   count() {
@@ -211,6 +224,14 @@ const orders = {
   /** GP14 to GP26. */
   wire() {
     wired = true;
+  },
+  /** GP14 to GP26 by a wire alone. */
+  jumper() {
+    jumper = true;
+  },
+  /** The converter's clock is so many times too slow. */
+  slow(times) {
+    slow = Number(times);
   },
   /** The sync output's edges since the last asking: `edge 1 NS`, `edge 0 NS`. */
   edges() {

@@ -249,3 +249,26 @@ fn a_sound_pico_passes_its_ten_checks() {
     assert!(failed.is_empty(), "{failed:?}");
     assert_eq!(report["boot"]["board"], "pico");
 }
+
+/// The list that a Pico goes through by itself reaches a person, too; `host-tests/tests/pico/self_test.rs` has its items.
+#[test]
+fn a_pico_tries_itself() {
+    let image = pico::usb_image().unwrap_or_else(|error| panic!("{error}"));
+    let mut pico = Pico::plug(&pico::binary(&image).unwrap()).unwrap();
+    pico.order("jumper").unwrap();
+    pico.power().unwrap();
+    let (mut ours, theirs) = TTYPort::pair().unwrap();
+    ours.set_timeout(Duration::from_millis(1)).unwrap();
+    let report = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("doctor-pico-itself.json");
+    let (name, file) = (theirs.name().unwrap(), report.to_str().unwrap());
+    let arguments = ["doctor", &name, "--self-test", "--quick", "--emulated", "--seconds", "2"];
+    let arguments = [&arguments[..], &["--report", file, "--force"]].concat();
+    let output = picket(&mut pico, &mut ours, &arguments, 500);
+    let [out, err] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+    println!("{out}{err}");
+    let list = fs::read_to_string(report.with_extension("txt")).unwrap();
+    for text in [&out, &list] {
+        assert!(text.contains("picket self-test ") && text.contains("250 kS/s: 8 blocks"));
+        assert!(text.contains("result: 13 of 13 hold") && !text.contains("WRONG"), "{text}{err}");
+    }
+}

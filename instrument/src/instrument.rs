@@ -6,7 +6,7 @@
 use crate::bounds::{Deadline, Refusals, Saves, health};
 use crate::meter::{Advance, Framed, Gathered, Meter, Meters};
 use crate::plan::Plan;
-use crate::port::Port;
+use crate::port::{Clocks, Port, Slots};
 use crate::slot::Slot;
 use crate::start::Start;
 use crate::storage;
@@ -33,7 +33,7 @@ use picket_wire::telemetry::{Basis, Health, Telemetry};
 /// The room on the line with which a record is sent. A piece of a capture takes less, and leaves room for an answer.
 const RECORD: usize = 3 * WIRE;
 
-/// The end of an instrument. Its last answer may still wait for the line; the memory of every block is back with the port.
+/// The end of an instrument. Its last answer may still wait for the line; the memory of every block is back in the slots.
 #[expect(clippy::large_enum_variant, reason = "nothing is allocated here, and there is one of it")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum End {
@@ -61,6 +61,11 @@ pub struct Instrument<
     /// Frames dropped because the line had no room.
     dropped: u32,
     meters: &'a mut Meters<M, Q>,
+    storage: P::Storage,
+    /// Where the memory of blocks comes back to; `None` while nothing is sampled.
+    slots: Option<P::Slots>,
+    clocks: Clocks,
+    stack: Option<fn() -> u32>,
     /// Raw blocks still to send; and the block being sent, with the number of its bytes already sent.
     captures: u16,
     raw: Option<(Block<Slot<SLOT>>, usize)>,
@@ -83,7 +88,6 @@ pub struct Instrument<
     /// The deadlines of the next block, and of the next byte on the line.
     next_block: Deadline,
     next_byte: Deadline,
-    port: core::marker::PhantomData<fn() -> P>,
 }
 
 /// Checks settings that this instrument can follow; returns their words on the board, whose codes they are given.
@@ -139,6 +143,7 @@ where
     pub fn new(
         port: &P,
         mut start: Start,
+        storage: P::Storage,
         meters: &'a mut Meters<M, Q>,
     ) -> Option<(Self, P::Words)> {
         let (planned, unfit) = match planned::<P, N, SLOT, M, Q>(port, &mut start.settings) {
@@ -150,7 +155,8 @@ where
         };
         let (plan, words) = planned;
         meters.set(&plan);
-        let basis = plan.basis(port.clock());
+        let Clocks { source, core_hz, ticks_hz } = start.clocks;
+        let basis = plan.basis(source);
         let boot = Boot {
             board: const { Name::new(P::NAME) },
             clock: basis.clock,
@@ -162,11 +168,10 @@ where
             program: start.program,
             settings: basis.settings,
             n: N as u32,
-            core_hz: port.core_hz(),
+            core_hz,
             last: start.last,
         };
         let since = port.ticks();
-        let ticks_hz = port.ticks_hz();
         let block = block_ticks(&plan, ticks_hz);
         let instrument = Self {
             plan,
@@ -177,6 +182,10 @@ where
             saves: Saves::new(start.saves),
             dropped: 0,
             meters,
+            storage,
+            slots: None,
+            clocks: start.clocks,
+            stack: start.stack,
             captures: 0,
             raw: None,
             until_report: 0,
@@ -191,14 +200,14 @@ where
             measured: false,
             next_block: Deadline::new(block, since, ticks_hz),
             next_byte: Deadline::new(0, since, ticks_hz),
-            port: core::marker::PhantomData,
         };
         Some((instrument, words))
     }
 
-    /// Sends the boot record. `measuring` says whether the samples have been started; blocks may come from now on.
-    pub fn begin(&mut self, port: &mut P, measuring: bool) {
-        self.boot.measuring = measuring;
+    /// Sends the boot record. If the samples have been started, blocks may come from now on, and their memory goes back to the slots.
+    pub fn begin(&mut self, port: &mut P, slots: Option<P::Slots>) {
+        self.boot.measuring = slots.is_some();
+        self.slots = slots;
         // A zero ends a frame that the last program may have left on the line.
         let _ = port.send(&[0]);
         let frame = self.boot.to_frame();
@@ -215,6 +224,28 @@ where
     pub fn again(&self) -> End {
         let given = self.boot.origin == Origin::Host && !self.boot.unfit;
         if given { End::Restart(self.plan.settings) } else { End::Reboot }
+    }
+
+    /// Where the memory of blocks comes back to; `None` while nothing is sampled.
+    pub const fn slots(&mut self) -> Option<&mut P::Slots> {
+        self.slots.as_mut()
+    }
+
+    /// The storage, for the next instrument.
+    pub fn into_storage(self) -> P::Storage {
+        self.storage
+    }
+
+    /// Seconds since the start.
+    pub const fn seconds(&self) -> u32 {
+        self.seconds
+    }
+
+    /// Gives a block's memory back.
+    fn release(&mut self, slot: Slot<SLOT>) {
+        if let Some(slots) = &mut self.slots {
+            slots.release(slot);
+        }
     }
 
     /// The recent saves, for the [`Start`] of the next instrument.
@@ -251,20 +282,21 @@ where
             Ok(None) => return None,
             Ok(end) => {
                 if let Some((block, _)) = self.raw.take() {
-                    port.release(block.slot);
+                    self.release(block.slot);
                 }
                 return end;
             }
             Err(refusal) => refusal,
         };
         self.refused = self.refused.wrapping_add(1);
-        if refusal != Refusal::Damaged || self.refusals.answers(port.ticks(), port.ticks_hz()) {
+        if refusal != Refusal::Damaged || self.refusals.answers(port.ticks(), self.clocks.ticks_hz)
+        {
             self.send(port, &answer.refusal(refusal));
         }
         None
     }
 
-    /// Measures a block, and sends its record if one is due. The block's memory comes back by [`Port::release`], now or once the block is
+    /// Measures a block, and sends its record if one is due. The block's memory goes back to the slots, now or once the block is
     /// captured.
     pub fn on_block(&mut self, port: &mut P, mut block: Block<Slot<SLOT>>) {
         self.measured = true;
@@ -292,7 +324,7 @@ where
         } else {
             // The slot is released before the telemetry is out, so a host that has the telemetry
             // knows that the slot is free.
-            port.release(block.slot);
+            self.release(block.slot);
         }
         let sum = match gathered {
             Gathered::Block => None,
@@ -319,10 +351,9 @@ where
         if self.progress(port) {
             port.feed();
         }
-        if port.ticks().wrapping_sub(self.since) > port.ticks_hz() {
+        if port.ticks().wrapping_sub(self.since) > self.clocks.ticks_hz {
             self.saves.second();
             self.seconds = self.seconds.saturating_add(1);
-            port.lives(self.seconds);
             self.send_status(port);
         }
     }
@@ -376,7 +407,8 @@ where
             passed,
             clipped,
             targets: targets.len() as u8,
-            search_s: port.ticks().wrapping_sub(self.begun) as f32 / port.ticks_hz().max(1) as f32,
+            search_s: port.ticks().wrapping_sub(self.begun) as f32
+                / self.clocks.ticks_hz.max(1) as f32,
             rate_hz,
             period_s,
             health: health(&port.counters(), &self.zero),
@@ -507,7 +539,7 @@ where
             if sent < length {
                 self.raw = Some((block, sent));
             } else {
-                port.release(block.slot);
+                self.release(block.slot);
             }
             self.send(port, &raw.to_frame());
         }
@@ -522,7 +554,7 @@ where
             dropped: self.dropped,
             refused: self.refused,
             load: (awake * 1000 / u64::from(passed)) as u32,
-            stack: port.stack(),
+            stack: self.stack.map_or(0, |stack| stack()),
             longest: self.longest,
             peak: (u64::from(self.longest) * 1000).checked_div(self.block).unwrap_or(0) as u32,
         };
@@ -588,7 +620,7 @@ where
     #[inline(never)]
     fn save(&mut self, port: &mut P, settings: &Settings) -> Result<(), Refusal> {
         let payload = payload(settings, N);
-        if storage::load(port.storage()).is_some_and(|(_, _, newest)| newest == payload) {
+        if storage::load(&self.storage).is_some_and(|(_, _, newest)| newest == payload) {
             return Ok(());
         }
         if !self.saves.permit() {
@@ -599,12 +631,12 @@ where
             port.pause();
         }
         port.feed();
-        let saved = storage::save(port.storage(), &payload).map_err(|_| Refusal::Flash);
+        let saved = storage::save(&mut self.storage, &payload).map_err(|_| Refusal::Flash);
         port.feed();
         if measuring {
             port.resume();
         }
-        self.next_block = Deadline::new(self.block, port.ticks(), port.ticks_hz());
+        self.next_block = Deadline::new(self.block, port.ticks(), self.clocks.ticks_hz);
         saved
     }
 

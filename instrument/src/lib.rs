@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! bytes of the host -> Instrument::on_bytes --+
-//! blocks of samples -> Instrument::on_block --+-> Port: frames, settings to keep, a watchdog to feed
+//! blocks of samples -> Instrument::on_block --+-> Port: frames, a watchdog to feed
 //! time              -> Instrument::poll     --+
 //! ```
 //!
@@ -47,5 +47,5 @@ pub mod storage;
 pub mod words;
 
 pub use instrument::{End, Instrument};
-pub use port::Port;
+pub use port::{Clocks, Port, Slots};
 pub use start::Start;

@@ -4,11 +4,34 @@ use crate::plan::Plan;
 use crate::slot::Slot;
 use crate::storage::Storage;
 use picket_dsp::acquire::codes::Codes;
-use picket_dsp::acquire::frontend::Counters;
+use picket_dsp::acquire::frontend::{Blocks, Counters};
 use picket_dsp::pipeline::Measurement;
 use picket_wire::boot::Clock;
 use picket_wire::settings::Settings;
 use picket_wire::settings_error::SettingsError;
+
+/// The clocks of a board, once it has started.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Clocks {
+    /// The source of the clock.
+    pub source: Clock,
+    /// The core's clock, Hz.
+    pub core_hz: u32,
+    /// The rate of [`Port::ticks`], Hz.
+    pub ticks_hz: u32,
+}
+
+/// Where the memory of blocks comes back to.
+pub trait Slots<const SLOT: usize> {
+    /// Takes a block's memory back.
+    fn release(&mut self, slot: Slot<SLOT>);
+}
+
+impl<const SLOT: usize> Slots<SLOT> for Blocks<'_, Slot<SLOT>> {
+    fn release(&mut self, slot: Slot<SLOT>) {
+        Blocks::release(self, slot);
+    }
+}
 
 /// The board as the instrument sees it, where blocks have `N` samples in slots of `SLOT` words: `N` words, and a guard's words if the board
 /// has chirps. Every method returns within bounded time.
@@ -21,6 +44,8 @@ pub trait Port<const N: usize, const SLOT: usize> {
     type Words;
     /// Flash, or whatever keeps settings over a restart.
     type Storage: Storage;
+    /// Where the memory of blocks comes back to.
+    type Slots: Slots<SLOT>;
 
     /// The plan for these settings and their words on the board, with the clock that a restart with them would give. The plan's codes are
     /// [`Port::CODES`].
@@ -36,32 +61,17 @@ pub trait Port<const N: usize, const SLOT: usize> {
     /// Widens a measurement's sigma by the part of converter and clock in its error.
     fn widen(&self, _: &mut Measurement) {}
 
-    /// Takes a block's memory back.
-    fn release(&mut self, slot: Slot<SLOT>);
-
     /// The front end's counters so far.
     fn counters(&self) -> Counters;
 
-    /// The source of the clock.
-    fn clock(&self) -> Clock;
-
-    /// The core's clock, Hz.
-    fn core_hz(&self) -> u32;
-
-    /// Ticks of [`Port::ticks_hz`] since the start, modulo 2^32.
+    /// Ticks of [`Clocks::ticks_hz`] since the start, modulo 2^32.
     fn ticks(&self) -> u32;
-
-    /// The rate of [`Port::ticks`], Hz.
-    fn ticks_hz(&self) -> u32;
 
     /// Whether the line has room for this many bytes.
     fn has_room(&self, bytes: usize) -> bool;
 
     /// Takes a frame whole to be sent and returns true, or drops it and returns false. It never waits.
     fn send(&mut self, frame: &[u8]) -> bool;
-
-    /// The storage in which settings are saved.
-    fn storage(&mut self) -> &mut Self::Storage;
 
     /// Stops the samples until [`Port::resume`], on boards where writing to the storage would hold the core for longer than the blocks can
     /// wait.
@@ -86,13 +96,5 @@ pub trait Port<const N: usize, const SLOT: usize> {
     /// Has the board try itself after the next restart, and returns true; false on a board that cannot.
     fn self_test(&mut self) -> bool {
         false
-    }
-
-    /// Reports that the instrument has run for this many seconds. Called once a second.
-    fn lives(&mut self, _: u32) {}
-
-    /// The largest stack so far, bytes; 0 if unknown.
-    fn stack(&mut self) -> u32 {
-        0
     }
 }

@@ -1,6 +1,7 @@
 //! The inputs of the instrument's start: its settings, and the end of the last program.
 
 use crate::crashes::Crashes;
+use crate::port::Clocks;
 use crate::storage::{self, Kept, Storage};
 use crate::words::WORDS;
 use picket_wire::boot::{Causes, LastEnd, Origin};
@@ -8,7 +9,7 @@ use picket_wire::settings::Settings;
 use picket_wire::settings_error::SettingsError;
 
 /// The inputs of the instrument's start.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Start {
     /// The settings to start with. A board whose clocks depend on them takes them from here.
     pub settings: Settings,
@@ -24,6 +25,10 @@ pub struct Start {
     pub saves: u32,
     /// The CRC-32 of the program; 0 if unknown.
     pub program: u32,
+    /// The clocks of the board, which the caller fills in.
+    pub clocks: Clocks,
+    /// Returns the largest stack so far, bytes; `None` if it is unknown.
+    pub stack: Option<fn() -> u32>,
 }
 
 impl Start {

@@ -14,7 +14,7 @@ use picket_instrument::meter::Meters;
 use picket_instrument::plan::Plan;
 use picket_instrument::slot::Slot;
 use picket_instrument::storage::NoStorage;
-use picket_instrument::{Instrument, Port, Start};
+use picket_instrument::{Clocks, Instrument, Port, Slots, Start};
 use picket_wire::boot::Clock;
 use picket_wire::follow::Follow;
 use picket_wire::frame::{Frame, Kind, Reader};
@@ -30,10 +30,17 @@ const N: usize = 256;
 /// A board of which nothing is real but its clock.
 struct Board {
     clock: Clock,
-    storage: NoStorage,
-    slots: Vec<Slot<N>>,
     reader: Reader,
     said: Vec<Frame>,
+}
+
+/// Memory for the next block.
+struct Free(Vec<Slot<N>>);
+
+impl Slots<N> for Free {
+    fn release(&mut self, slot: Slot<N>) {
+        self.0.push(slot);
+    }
 }
 
 impl Port<N, N> for Board {
@@ -41,6 +48,7 @@ impl Port<N, N> for Board {
     const CODES: Codes = Codes::signed::<16>();
     type Words = ();
     type Storage = NoStorage;
+    type Slots = Free;
 
     fn plan(&self, settings: &Settings) -> Result<(Plan<N>, ()), SettingsError> {
         Ok((Plan::new(settings, settings.config.rate_hz)?, ()))
@@ -50,28 +58,12 @@ impl Port<N, N> for Board {
         clock::widen(self.clock, measurement);
     }
 
-    fn release(&mut self, slot: Slot<N>) {
-        self.slots.push(slot);
-    }
-
     fn counters(&self) -> Counters {
         Counters::default()
     }
 
-    fn clock(&self) -> Clock {
-        self.clock
-    }
-
-    fn core_hz(&self) -> u32 {
-        1_000_000
-    }
-
     fn ticks(&self) -> u32 {
         0
-    }
-
-    fn ticks_hz(&self) -> u32 {
-        1_000_000
     }
 
     fn has_room(&self, _: usize) -> bool {
@@ -83,28 +75,19 @@ impl Port<N, N> for Board {
         self.said.extend(frames);
         true
     }
-
-    fn storage(&mut self) -> &mut NoStorage {
-        &mut self.storage
-    }
 }
 
 /// What is said of these blocks of pairs, by this clock.
 fn said(settings: Settings, clock: Clock, blocks: &[Vec<[i16; 2]>]) -> Vec<Frame> {
     let memory = Box::leak(Box::new([0u32; N]));
-    let mut board = Board {
-        clock,
-        storage: NoStorage,
-        slots: vec![Slot::new(memory)],
-        reader: Reader::default(),
-        said: Vec::new(),
-    };
-    let start = Start { settings, ..Start::default() };
+    let mut board = Board { clock, reader: Reader::default(), said: Vec::new() };
+    let clocks = Clocks { source: clock, core_hz: 1_000_000, ticks_hz: 1_000_000 };
+    let start = Start { settings, clocks, ..Start::default() };
     let mut meters = Box::new(Meters::<(), Every<Iq, N, 0>>::IDLE);
-    let (mut instrument, ()) = Instrument::new(&board, start, &mut *meters).unwrap();
-    instrument.begin(&mut board, true);
+    let (mut instrument, ()) = Instrument::new(&board, start, NoStorage, &mut *meters).unwrap();
+    instrument.begin(&mut board, Some(Free(vec![Slot::new(memory)])));
     for (number, pairs) in blocks.iter().enumerate() {
-        let mut slot = board.slots.pop().unwrap();
+        let mut slot = instrument.slots().unwrap().0.pop().unwrap();
         slot.samples_mut::<Iq, N>(0).copy_from_slice(pairs);
         let stamp = instrument.plan().timing.stamp(number as u64, false);
         instrument.on_block(&mut board, Block { stamp, counters: Counters::default(), slot });

@@ -649,6 +649,65 @@ async function board(name) {
   await context.close();
 }
 
+/** A Pico's drive, which is a folder of the browser's own: what is written there, and what is refused. */
+async function written() {
+  const { page, errors, context } = await open(browser, DESKTOP, (page) => page.addInitScript(() => {
+    window.showDirectoryPicker = async () => {
+      if (window.refused) throw new DOMException("no", window.refused);
+      return navigator.storage.getDirectory();
+    };
+  }));
+  await page.keyboard.press("4");
+  const image = input("picket-pico.uf2");
+  const changed = (at, byte) => Object.assign(Buffer.from(image), { [at]: byte });
+  const choose = (buffer) => page.setInputFiles("#uf2", { name: "picket-pico.uf2", mimeType: "", buffer });
+  const said = [];
+  const write = async () => {
+    await page.click("#write");
+    await page.waitForFunction(() => !document.querySelector("#write").disabled);
+    said.push(await page.locator("#image-said").textContent());
+  };
+  const describe = (text) => page.evaluate(async (text) => {
+    const drive = await navigator.storage.getDirectory();
+    const file = await (await drive.getFileHandle("INFO_UF2.TXT", { create: true })).createWritable();
+    await file.write(text);
+    await file.close();
+  }, text);
+  const closed = await page.locator("#write").isDisabled();
+  // Cut in a block, then between two; another family; a magic number; then drives that are none.
+  for (const buffer of [image.subarray(0, 700), image.subarray(0, 512), changed(28, 0), changed(512 + 508, 0)]) {
+    await choose(buffer);
+    await write();
+  }
+  await choose(image);
+  for (const refused of ["AbortError", "SecurityError"]) {
+    await page.evaluate((refused) => { window.refused = refused; }, refused);
+    await write();
+  }
+  await page.evaluate(() => { window.refused = ""; });
+  await write();
+  await describe("UF2 Bootloader v3.0\r\nModel: another\r\nBoard-ID: SAMD21\r\n");
+  await write();
+  const files = () => page.evaluate(async () => {
+    const found = {};
+    for await (const [name, handle] of (await navigator.storage.getDirectory()).entries()) found[name] = [...new Uint8Array(await (await handle.getFile()).arrayBuffer())];
+    return found;
+  });
+  const before = Object.keys(await files());
+  await describe("UF2 Bootloader v3.0\r\nModel: Raspberry Pi RP2\r\nBoard-ID: RPI-RP2\r\n");
+  await write();
+  const kept = (await files())["picket-pico.uf2"];
+  // The drive goes away with the last block.
+  await page.evaluate(() => { FileSystemWritableFileStream.prototype.close = async () => { throw new DOMException("gone", "InvalidStateError"); }; });
+  await write();
+  if (process.env.PICKET_PICTURES) await page.screenshot({ path: join(process.env.PICKET_PICTURES, "written.png") });
+  const found = await hindrances(page, "a Pico's drive");
+  await page.evaluate(() => { delete window.showDirectoryPicker; window.showDirectoryPicker = undefined; });
+  await write();
+  tell("written", { errors, closed, said, before, same: Buffer.from(kept).equals(image), found });
+  await context.close();
+}
+
 async function microphone() {
   const { page, errors, context } = await open(browser, { ...DESKTOP, permissions: ["microphone"] });
   await page.keyboard.press("3");
@@ -660,7 +719,7 @@ async function microphone() {
 
 // Frames are timed while nothing else runs; the others share the time that they wait.
 await scenes();
-await Promise.all([hands(), files(), hasty(), several(), board("session.bin"), board("stranger.bin"), framed("frames.bin"), framed("frames-none.bin"), microphone()]);
+await Promise.all([hands(), files(), hasty(), several(), board("session.bin"), board("stranger.bin"), framed("frames.bin"), framed("frames-none.bin"), written(), microphone()]);
 await Promise.all([access(), explained(), strange(), choices(), bare(), displaced(), frames()]);
 await Promise.all([bursts(), design(), sums(), lengths()]);
 await browser.close();

@@ -7,6 +7,7 @@ import { SCENES, askForm, instrumentForm, make, sceneForm } from "./controls.js"
 import { Board, Microphone, Particles, Recording, Simulated } from "./sources.js";
 import { jsonLines, picture, table } from "./save.js";
 import { Design } from "./design.js";
+import { write } from "./write.js";
 import { Tones, row as toneRow, testRow } from "./tones.js";
 import { SIGNS, USES, along, figure, note, placed, placedAll, rank, signed, units } from "./words.js";
 
@@ -213,6 +214,14 @@ async function connect() {
   if (late()) return board.stop();
   if (wrong) return notice(wrong);
   page.source = board;
+}
+
+/** Writes the chosen image to a Pico's drive. */
+async function flash() {
+  $("write").disabled = true;
+  $("image-said").textContent = "Choose the drive RPI-RP2.";
+  $("image-said").textContent = await write($("uf2").files[0]);
+  $("write").disabled = false;
 }
 
 /** Loads what finds more than one tone and explains a verdict, once that is wanted. */
@@ -651,7 +660,7 @@ function listenToPeople() {
   for (const button of document.querySelectorAll("[data-order]")) button.addEventListener("click", () => page.source?.order?.(button.dataset.order));
   for (const form of document.forms) form.addEventListener("submit", (event) => event.preventDefault());
   const presses = {
-    pause: () => pause(), background, connect, listen, verdict: explain, "why-close": unexplain, png: picture, csv: () => table(page.core, page.rows), json: () => jsonLines(page.core, page.rows),
+    pause: () => pause(), background, connect, listen, write: flash, verdict: explain, "why-close": unexplain, png: picture, csv: () => table(page.core, page.rows), json: () => jsonLines(page.core, page.rows),
     take: () => {
       page.reference = page.rows.at(-1)?.frequency_hz ?? 0;
       $("reference").textContent = page.reference ? `Reference ${page.reference.toFixed(1)} Hz` : "Listen first.";
@@ -660,6 +669,11 @@ function listenToPeople() {
   for (const [id, press] of Object.entries(presses)) $(id).addEventListener("click", press);
   $("open").addEventListener("click", () => $("file").click());
   $("file").addEventListener("change", ({ target }) => target.files[0] && drop(target.files[0]));
+  $("image").addEventListener("click", () => $("uf2").click());
+  $("uf2").addEventListener("change", ({ target }) => {
+    $("write").disabled = !target.files.length;
+    if (target.files.length) $("image-said").textContent = `${target.files[0].name}: hold BOOTSEL while you plug the Pico in, then write.`;
+  });
   addEventListener("dragover", (event) => { event.preventDefault(); document.body.classList.add("dragging"); });
   addEventListener("dragleave", () => document.body.classList.remove("dragging"));
   addEventListener("drop", (event) => {

@@ -23,7 +23,9 @@ use embedded_io_async::{Read, Write};
 use panic_halt as _;
 use picket_dsp::acquire::frontend::{Block, Counters, Timing};
 use picket_dsp::{Codes, Pipeline, Real};
-use picket_instrument::{End, Instrument, Port, Start, crashes::Crashes, nor::Pages};
+use picket_instrument::{
+    Clocks, End, Instrument, Port, Slots, Start, crashes::Crashes, nor::Pages,
+};
 use picket_instrument::{meter::Meters, plan::Plan, slot::Slot, words::words};
 use picket_wire::boot::Clock;
 use picket_wire::{settings::Settings, settings_error::SettingsError};
@@ -105,8 +107,16 @@ async fn sample(mut dma: dma::Channel<'static>, mut slot: Slot<N>) {
 type Store = Pages<Flash<'static, FLASH, Blocking, { 2 << 20 }>>;
 
 struct Pico {
-    storage: Store,
     watchdog: Watchdog,
+}
+
+/// The memory of a block goes to the task that fills it.
+struct Empty;
+
+impl Slots<N> for Empty {
+    fn release(&mut self, slot: Slot<N>) {
+        let _ = EMPTY.try_send(slot);
+    }
 }
 
 impl Port<N, N> for Pico {
@@ -114,6 +124,7 @@ impl Port<N, N> for Pico {
     const CODES: Codes = Codes::unsigned::<12>();
     type Words = ();
     type Storage = Store;
+    type Slots = Empty;
 
     fn plan(&self, settings: &Settings) -> Result<(Plan<N>, ()), SettingsError> {
         if settings.iq {
@@ -122,28 +133,12 @@ impl Port<N, N> for Pico {
         Ok((Plan::undriven(settings, RATE_HZ)?, ()))
     }
 
-    fn release(&mut self, slot: Slot<N>) {
-        let _ = EMPTY.try_send(slot);
-    }
-
     fn counters(&self) -> Counters {
         COUNTERS.lock(Cell::get).unwrap_or_default()
     }
 
-    fn clock(&self) -> Clock {
-        Clock::External
-    }
-
-    fn core_hz(&self) -> u32 {
-        clocks::clk_sys_freq()
-    }
-
     fn ticks(&self) -> u32 {
         Instant::now().as_ticks() as u32
-    }
-
-    fn ticks_hz(&self) -> u32 {
-        TICK_HZ as u32
     }
 
     fn has_room(&self, bytes: usize) -> bool {
@@ -152,10 +147,6 @@ impl Port<N, N> for Pico {
 
     fn send(&mut self, frame: &[u8]) -> bool {
         self.has_room(frame.len()) && LINE.try_write(frame).is_ok()
-    }
-
-    fn storage(&mut self) -> &mut Self::Storage {
-        &mut self.storage
     }
 
     fn feed(&mut self) {
@@ -185,21 +176,22 @@ async fn main(spawner: Spawner) {
     let urgent = URGENT.start(interrupt::SWI_IRQ_1);
     let Ok(task) = sample(dma::Channel::new(p.DMA_CH0, Irqs), Slot::new(first)) else { return };
     urgent.spawn(task);
-    let mut port = Pico {
-        storage: Pages::new(Flash::new_blocking(p.FLASH), [0x1F_E000, 0x1F_F000]),
-        watchdog: Watchdog::new(p.WATCHDOG),
-    };
+    let mut port = Pico { watchdog: Watchdog::new(p.WATCHDOG) };
     port.watchdog.start(BITE);
+    let mut storage = Pages::new(Flash::new_blocking(p.FLASH), [0x1F_E000, 0x1F_F000]);
+    let ticks_hz = TICK_HZ as u32;
+    let clocks = Clocks { source: Clock::External, core_hz: clocks::clk_sys_freq(), ticks_hz };
     // One converter: no pairs.
     let mut meters = Meters::<Pipeline<Real, N>, ()>::IDLE;
     let (mut left, mut saves, mut bytes) = (None, 0, [0; 64]);
     loop {
         // An instrument, from its start to the order that ends it.
-        let start = Start { saves, ..Start::new::<N>(left, &port.storage, Crashes::default()) };
-        let made = Instrument::new(&port, start, &mut meters);
+        let start = Start::new::<N>(left, &storage, Crashes::default());
+        let start = Start { saves, clocks, ..start };
+        let made = Instrument::new(&port, start, storage, &mut meters);
         let Some((mut instrument, ())) = made else { return };
         let measures = instrument.plan().settings.start;
-        instrument.begin(&mut port, measures);
+        instrument.begin(&mut port, measures.then_some(Empty));
         let end = loop {
             let tick = Timer::after_millis(100);
             match select3(host.read(&mut bytes), FULL.receive(), tick).await {
@@ -209,12 +201,13 @@ async fn main(spawner: Spawner) {
                     }
                 }
                 Either3::Second(block) if measures => instrument.on_block(&mut port, block),
-                Either3::Second(block) => port.release(block.slot),
+                Either3::Second(block) => Empty.release(block.slot),
                 _ => {}
             }
             instrument.poll(&mut port);
         };
         saves = instrument.saves();
+        storage = instrument.into_storage();
         left = match end {
             End::Restart(settings) => Some(words(&settings, N)),
             End::Reboot => None,

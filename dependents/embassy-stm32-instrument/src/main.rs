@@ -20,7 +20,9 @@ use embedded_io_async::{Read, Write};
 use panic_halt as _;
 use picket_dsp::acquire::frontend::{Block, Counters, Timing};
 use picket_dsp::{Codes, Pipeline, Real};
-use picket_instrument::{End, Instrument, Port, Start, crashes::Crashes, nor::Pages};
+use picket_instrument::{
+    Clocks, End, Instrument, Port, Slots, Start, crashes::Crashes, nor::Pages,
+};
 use picket_instrument::{meter::Meters, plan::Plan, slot::Slot, words::words};
 use picket_wire::boot::Clock;
 use picket_wire::{settings::Settings, settings_error::SettingsError};
@@ -76,8 +78,16 @@ async fn sample(mut adc: RingBufferedAdc<'static, peripherals::ADC1>) {
 }
 
 struct Nucleo {
-    storage: Pages<Flash<'static, Blocking>>,
     watchdog: IndependentWatchdog<'static, peripherals::IWDG>,
+}
+
+/// The memory of a block goes to the task that fills it.
+struct Empty;
+
+impl Slots<N> for Empty {
+    fn release(&mut self, slot: Slot<N>) {
+        let _ = EMPTY.try_send(slot);
+    }
 }
 
 impl Port<N, N> for Nucleo {
@@ -85,6 +95,7 @@ impl Port<N, N> for Nucleo {
     const CODES: Codes = Codes::unsigned::<12>();
     type Words = ();
     type Storage = Pages<Flash<'static, Blocking>>;
+    type Slots = Empty;
 
     fn plan(&self, settings: &Settings) -> Result<(Plan<N>, ()), SettingsError> {
         if settings.iq {
@@ -93,28 +104,12 @@ impl Port<N, N> for Nucleo {
         Ok((Plan::undriven(settings, RATE_HZ)?, ()))
     }
 
-    fn release(&mut self, slot: Slot<N>) {
-        let _ = EMPTY.try_send(slot);
-    }
-
     fn counters(&self) -> Counters {
         COUNTERS.lock(Cell::get).unwrap_or_default()
     }
 
-    fn clock(&self) -> Clock {
-        Clock::Internal
-    }
-
-    fn core_hz(&self) -> u32 {
-        16_000_000
-    }
-
     fn ticks(&self) -> u32 {
         Instant::now().as_ticks() as u32
-    }
-
-    fn ticks_hz(&self) -> u32 {
-        TICK_HZ as u32
     }
 
     fn has_room(&self, bytes: usize) -> bool {
@@ -123,10 +118,6 @@ impl Port<N, N> for Nucleo {
 
     fn send(&mut self, frame: &[u8]) -> bool {
         self.has_room(frame.len()) && LINE.try_write(frame).is_ok()
-    }
-
-    fn storage(&mut self) -> &mut Self::Storage {
-        &mut self.storage
     }
 
     fn feed(&mut self) {
@@ -157,21 +148,22 @@ async fn main(spawner: Spawner) {
     let Ok(task) = sample(adc) else { return };
     spawner.spawn(task);
     memory.iter_mut().for_each(|words| drop(EMPTY.try_send(Slot::new(words))));
-    let mut port = Nucleo {
-        storage: Pages::new(Flash::new_blocking(p.FLASH), [0x4_0000, 0x6_0000]),
-        watchdog: IndependentWatchdog::new(p.IWDG, 4_000_000),
-    };
+    let mut port = Nucleo { watchdog: IndependentWatchdog::new(p.IWDG, 4_000_000) };
     port.watchdog.unleash();
+    let mut storage = Pages::new(Flash::new_blocking(p.FLASH), [0x4_0000, 0x6_0000]);
+    let ticks_hz = TICK_HZ as u32;
+    let clocks = Clocks { source: Clock::Internal, core_hz: 16_000_000, ticks_hz };
     // One converter: no pairs.
     let mut meters = Meters::<Pipeline<Real, N>, ()>::IDLE;
     let (mut left, mut saves, mut bytes) = (None, 0, [0; 64]);
     loop {
         // An instrument, from its start to the order that ends it.
-        let start = Start { saves, ..Start::new::<N>(left, &port.storage, Crashes::default()) };
-        let made = Instrument::new(&port, start, &mut meters);
+        let start = Start::new::<N>(left, &storage, Crashes::default());
+        let start = Start { saves, clocks, ..start };
+        let made = Instrument::new(&port, start, storage, &mut meters);
         let Some((mut instrument, ())) = made else { return };
         let measures = instrument.plan().settings.start;
-        instrument.begin(&mut port, measures);
+        instrument.begin(&mut port, measures.then_some(Empty));
         let end = loop {
             let tick = Timer::after_millis(100);
             match select3(host.read(&mut bytes), FULL.receive(), tick).await {
@@ -181,12 +173,13 @@ async fn main(spawner: Spawner) {
                     }
                 }
                 Either3::Second(block) if measures => instrument.on_block(&mut port, block),
-                Either3::Second(block) => port.release(block.slot),
+                Either3::Second(block) => Empty.release(block.slot),
                 _ => {}
             }
             instrument.poll(&mut port);
         };
         saves = instrument.saves();
+        storage = instrument.into_storage();
         left = match end {
             End::Restart(settings) => Some(words(&settings, N)),
             End::Reboot => None,

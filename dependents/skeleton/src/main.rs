@@ -10,7 +10,11 @@ use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::frontend::{Blocks, Counters};
 use picket_dsp::{Iq, Pipeline, Real};
 use picket_firmware::instrument::{Instrument, plan::Plan, storage::NoStorage};
-use picket_firmware::{board::Board, sampler::Sampler, slot::Slot};
+use picket_firmware::{
+    board::{Board, Clocks, Port},
+    sampler::Sampler,
+    slot::Slot,
+};
 use picket_wire::{boot::Clock, settings::Settings, settings_error::SettingsError};
 
 /// Samples in a block.
@@ -64,12 +68,35 @@ impl Skeleton {
     }
 }
 
-impl Board<N, N> for Skeleton {
+impl Port<N, N> for Skeleton {
     const NAME: &'static str = "skeleton";
     const CODES: Codes = Codes::unsigned::<12>();
     type Words = ();
     type Storage = NoStorage;
+    type Slots = Blocks<'static, Slot<N>>;
 
+    fn plan(&self, settings: &Settings) -> Result<(Plan<N>, ()), SettingsError> {
+        Ok((Plan::undriven(settings, f64::from(CORE_HZ) / f64::from(period(settings)))?, ()))
+    }
+
+    fn counters(&self) -> Counters {
+        SAMPLER.counters()
+    }
+
+    fn ticks(&self) -> u32 {
+        TICKS.load(Relaxed)
+    }
+
+    fn has_room(&self, bytes: usize) -> bool {
+        self.out.capacity() - self.out.len() >= bytes
+    }
+
+    fn send(&mut self, frame: &[u8]) -> bool {
+        self.has_room(frame.len()) && frame.iter().all(|&byte| self.out.push_back(byte).is_ok())
+    }
+}
+
+impl Board<N, N> for Skeleton {
     fn start(settings: &Settings) -> Option<Self> {
         let (mut timer, period) = (Peripherals::take()?.SYST, period(settings));
         timer.set_clock_source(SystClkSource::Core);
@@ -85,40 +112,12 @@ impl Board<N, N> for Skeleton {
         Some(Self { rate_hz: CORE_HZ / period, out: Deque::new() })
     }
 
-    fn plan(&self, settings: &Settings) -> Result<(Plan<N>, ()), SettingsError> {
-        Ok((Plan::undriven(settings, f64::from(CORE_HZ) / f64::from(period(settings)))?, ()))
+    fn clocks(&self) -> Clocks {
+        Clocks { source: Clock::External, core_hz: CORE_HZ, ticks_hz: self.rate_hz }
     }
 
     fn sample(&mut self, plan: &Plan<N>, (): &()) -> Option<Blocks<'static, Slot<N>>> {
         SAMPLER.start(plan.settings.iq, plan.timing)
-    }
-
-    fn counters(&self) -> Counters {
-        SAMPLER.counters()
-    }
-
-    fn clock(&self) -> Clock {
-        Clock::External
-    }
-
-    fn core_hz(&self) -> u32 {
-        CORE_HZ
-    }
-
-    fn ticks(&self) -> u32 {
-        TICKS.load(Relaxed)
-    }
-
-    fn ticks_hz(&self) -> u32 {
-        self.rate_hz
-    }
-
-    fn has_room(&self, bytes: usize) -> bool {
-        self.out.capacity() - self.out.len() >= bytes
-    }
-
-    fn send(&mut self, frame: &[u8]) -> bool {
-        self.has_room(frame.len()) && frame.iter().all(|&byte| self.out.push_back(byte).is_ok())
     }
 
     fn receive(&mut self) -> Option<u8> {

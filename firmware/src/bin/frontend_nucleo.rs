@@ -7,7 +7,8 @@ use cortex_m_rt::entry;
 use picket_dsp::acquire::sample::{Iq, Real};
 use picket_firmware::instrument::Instrument;
 use picket_firmware::instrument::meter::Every;
-use picket_firmware::nucleo_f446re::{CELLS, N, Nucleo, SLOT, self_test};
+use picket_firmware::nucleo_f446re::{CELLS, N, Nucleo, SLOT};
+use picket_firmware::self_test;
 
 picket_firmware::nucleo_vectors!();
 
@@ -15,7 +16,7 @@ picket_firmware::nucleo_vectors!();
 fn main() -> ! {
     let meters = picket_firmware::meters!(Every<Real, N, CELLS>, Every<Iq, N, CELLS>);
     if self_test::due() {
-        self_test::run(meters);
+        self_test::run::<Nucleo, N, SLOT>(meters);
     }
     match Instrument::<Nucleo, N, SLOT, _, _>::start(meters) {
         Some(instrument) => instrument.run(),

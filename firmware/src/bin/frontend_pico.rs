@@ -9,6 +9,7 @@ use picket_dsp::acquire::sample::Real;
 use picket_dsp::pipeline::Pipeline;
 use picket_firmware::instrument::Instrument;
 use picket_firmware::pico::{N, Pairs, Pico, SLOT, start};
+use picket_firmware::self_test;
 
 picket_firmware::pico_vectors!();
 
@@ -17,6 +18,9 @@ fn main() -> ! {
     start::whole();
     // One converter takes the pairs of an I/Q record in turn.
     let meters = picket_firmware::meters!(Pipeline<Real, N>, Pairs);
+    if self_test::due() {
+        self_test::run::<Pico, N, SLOT>(meters);
+    }
     match Instrument::<Pico, N, SLOT, _, _>::start(meters) {
         Some(instrument) => instrument.run(),
         // The crystal did not come: the watchdog restarts the chip.

@@ -19,7 +19,8 @@ pub fn start<B: Board<N, SLOT>, const N: usize, const SLOT: usize>(
     }
     let (name, cause) = (B::NAME, causes.message());
     defmt::info!("{} started by {}, program {:08x}", name, cause, B::program());
-    defmt::info!("{} Hz from {}", board.core_hz(), board.clock().name());
+    let clocks = board.clocks();
+    defmt::info!("{} Hz from {}", clocks.core_hz, clocks.source.name());
 }
 
 /// Tells of the settings in use.
@@ -53,7 +54,7 @@ impl Losses {
     /// Looks at the board's counters, if a second has passed.
     pub fn look<B: Board<N, SLOT>, const N: usize, const SLOT: usize>(&mut self, board: &B) {
         let now = board.ticks();
-        if now.wrapping_sub(self.since) < board.ticks_hz() {
+        if now.wrapping_sub(self.since) < board.clocks().ticks_hz {
             return;
         }
         self.since = now;

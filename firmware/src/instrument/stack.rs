@@ -1,68 +1,55 @@
 //! The stack that a program has used.
 
-use core::ptr::read_volatile;
+use core::ptr::{read_volatile, with_exposed_provenance};
+use core::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 /// What the start-up code writes below the stack.
 const PAINT: u32 = 0xCCCC_CCCC;
+/// The most words with the start-up code's paint below the last used one: an array in a frame that the program has not written.
+const WINDOW: usize = 512;
 
-/// The lowest word of the stack that is known to have been in use.
-#[derive(Clone, Copy, Debug)]
-pub struct Stack(usize);
-
-impl Stack {
-    /// The most words with the start-up code's paint below the last used one: an array in a frame that the program has not written.
-    const WINDOW: usize = 512;
-
-    /// A stack whose use is not yet known.
-    pub fn unknown() -> Self {
-        unsafe extern "C" {
-            static mut _stack_start: u32;
-        }
-        Stack(&raw const _stack_start as usize)
+/// The upper and the lower end of the stack.
+fn ends() -> [usize; 2] {
+    unsafe extern "C" {
+        static mut _stack_start: u32;
+        static mut _stack_end: u32;
     }
+    [&raw const _stack_start as usize, &raw const _stack_end as usize]
+}
 
-    /// The room for the stack, bytes.
-    pub fn room() -> u32 {
-        unsafe extern "C" {
-            static mut _stack_start: u32;
-            static mut _stack_end: u32;
-        }
-        (&raw const _stack_start as usize).saturating_sub(&raw const _stack_end as usize) as u32
-    }
+/// Whether the program has not written this word, which lies between the ends.
+fn is_free(place: usize) -> bool {
+    // SAFETY: the callers stay between the two ends of the stack, which is only read.
+    unsafe { read_volatile(with_exposed_provenance::<u32>(place)) == PAINT }
+}
 
-    /// The largest stack so far, bytes, however much of its frames the program has left unwritten. Cost: a read for each free word.
-    pub fn used() -> u32 {
-        unsafe extern "C" {
-            static mut _stack_start: u32;
-            static mut _stack_end: u32;
-        }
-        let (top, bottom) = (&raw const _stack_start as usize, &raw const _stack_end as usize);
-        // SAFETY: each address lies between the two ends of the stack, and is only read.
-        let word = |place: &usize| unsafe {
-            read_volatile(core::ptr::with_exposed_provenance::<u32>(*place))
-        };
-        let free = (bottom..top).step_by(4).take_while(|place| word(place) == PAINT).count();
-        top.saturating_sub(bottom).saturating_sub(4 * free) as u32
-    }
+/// The room for the stack, bytes.
+pub fn room() -> u32 {
+    let [top, bottom] = ends();
+    top.saturating_sub(bottom) as u32
+}
 
-    /// The largest stack so far, bytes. Cost: some reads for each word of growth, and a window.
-    pub fn high_water(&mut self) -> u32 {
-        unsafe extern "C" {
-            static mut _stack_start: u32;
-            static mut _stack_end: u32;
+/// The largest stack so far, bytes, however much of its frames the program has left unwritten. Cost: a read for each free word.
+pub fn used() -> u32 {
+    let [top, bottom] = ends();
+    let free = (bottom..top).step_by(4).take_while(|place| is_free(*place)).count();
+    room().saturating_sub(4 * free as u32)
+}
+
+/// The largest stack so far, bytes. Cost: some reads for each word of growth, and a window.
+pub fn high_water() -> u32 {
+    /// Bytes of the stack that are known to have been in use.
+    static KNOWN: AtomicUsize = AtomicUsize::new(0);
+    let [top, bottom] = ends();
+    let mut known = KNOWN.load(Relaxed);
+    let (mut place, mut clean) = (top.saturating_sub(known), 0);
+    while clean < WINDOW && place > bottom.saturating_add(4) {
+        place -= 4;
+        clean += 1;
+        if !is_free(place) {
+            (known, clean) = (top.saturating_sub(place), 0);
         }
-        let (top, bottom) = (&raw const _stack_start as usize, &raw const _stack_end as usize);
-        let mut clean = 0;
-        let mut place = self.0;
-        while clean < Self::WINDOW && place > bottom.saturating_add(4) {
-            place -= 4;
-            // SAFETY: the address lies between the two ends of the stack, and is only read.
-            let word = unsafe { read_volatile(core::ptr::with_exposed_provenance::<u32>(place)) };
-            clean += 1;
-            if word != PAINT {
-                (self.0, clean) = (place, 0);
-            }
-        }
-        top.saturating_sub(self.0) as u32
     }
+    KNOWN.store(known, Relaxed);
+    known as u32
 }

@@ -19,13 +19,15 @@ pub mod gauge;
 #[cfg(all(target_os = "none", feature = "nucleo"))]
 pub mod registers;
 #[cfg(all(target_os = "none", feature = "nucleo"))]
-pub mod self_test;
+mod self_test;
 #[cfg(all(target_os = "none", feature = "nucleo"))]
 pub mod serial;
 #[cfg(all(target_os = "none", feature = "nucleo"))]
 pub mod start;
 #[cfg(all(target_os = "none", feature = "nucleo"))]
 pub mod storage;
+#[cfg(all(target_os = "none", feature = "nucleo"))]
+mod tone;
 #[cfg(all(target_os = "none", feature = "nucleo"))]
 pub mod vectors;
 
@@ -47,13 +49,6 @@ pub const USUAL_SLOTS: u16 = 4;
 /// Cells of a frame of chirps: 64 chirps of 120 bins, as many as leave a block its stack on the emulated board, whose memory is 4 KB smaller. The
 /// settings' error names them.
 pub const CELLS: usize = 64 * 120;
-
-/// What measures the blocks of this image.
-#[cfg(all(target_os = "none", feature = "nucleo"))]
-pub type Measuring = crate::instrument::meter::Meters<
-    crate::instrument::meter::Every<picket_dsp::acquire::sample::Real, N, CELLS>,
-    crate::instrument::meter::Every<picket_dsp::acquire::sample::Iq, N, CELLS>,
->;
 
 /// Address at which the host plays DMA2, and from 0x400 on the converters.
 pub const PLAYED: usize = 0x2001_F000;

@@ -4,11 +4,11 @@ use super::correct::correct;
 use super::line::Serial;
 use super::storage::{self, Flash};
 use super::words::{BAUD, CORE_MHZ, Words};
-use super::{N, SLOT, converter, start, widths};
-use crate::board::Board;
-use crate::fence;
+use super::{N, SLOT, converter, line, start, widths};
+use crate::board::{Board, Clocks, Port};
 use crate::instrument::plan::Plan;
 use crate::slot::Slot;
+use crate::{fence, self_test};
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::frontend::{Blocks, Counters};
 use picket_dsp::pipeline::Measurement;
@@ -34,12 +34,77 @@ pub struct Pico {
     guard: usize,
 }
 
-impl Board<N, SLOT> for Pico {
+impl Port<N, SLOT> for Pico {
     const NAME: &'static str = "pico";
     const CODES: Codes = Codes::unsigned::<12>();
     type Words = Words;
     type Storage = Flash;
+    type Slots = Blocks<'static, Slot<SLOT>>;
 
+    fn plan(&self, settings: &Settings) -> Result<(Plan<N>, Words), SettingsError> {
+        Words::plan(settings)
+    }
+
+    fn correct(&self, slot: &mut Slot<SLOT>) {
+        if !self.corrects {
+            return;
+        }
+        // Two real samples share a word, and so do both samples of a pair.
+        let block = slot.memory().get_mut(self.guard / 2..).unwrap_or_default();
+        let halves = block.as_chunks_mut::<{ N / 2 }>().0;
+        halves.iter_mut().take(if self.iq { 2 } else { 1 }).for_each(correct);
+    }
+
+    fn widen(&self, measurement: &mut Measurement) {
+        widths::widen(measurement, self.corrects, self.iq);
+    }
+
+    fn counters(&self) -> Counters {
+        converter::counters()
+    }
+
+    fn ticks(&self) -> u32 {
+        start::ticks()
+    }
+
+    fn has_room(&self, bytes: usize) -> bool {
+        self.serial.has_room(bytes)
+    }
+
+    fn send(&mut self, frame: &[u8]) -> bool {
+        let sent = self.serial.send(frame);
+        #[cfg(feature = "usb")]
+        let sent = super::usb::send(frame) && sent;
+        sent
+    }
+
+    fn pause(&mut self) {
+        converter::pause();
+    }
+
+    fn resume(&mut self) {
+        converter::resume();
+    }
+
+    fn gate_opened(&mut self) -> bool {
+        converter::gate_opened()
+    }
+
+    fn stalled(&mut self) -> bool {
+        self.serial.stalled()
+    }
+
+    fn feed(&mut self) {
+        start::feed();
+    }
+
+    fn self_test(&mut self) -> bool {
+        self_test::mark(line::usb_open());
+        true
+    }
+}
+
+impl Board<N, SLOT> for Pico {
     fn causes() -> Causes {
         start::causes()
     }
@@ -80,8 +145,9 @@ impl Board<N, SLOT> for Pico {
         Some(Self { serial: Serial::start()?, corrects: false, iq: false, guard: 0 })
     }
 
-    fn plan(&self, settings: &Settings) -> Result<(Plan<N>, Words), SettingsError> {
-        Words::plan(settings)
+    fn clocks(&self) -> Clocks {
+        let core_hz = 1_000_000 * u32::from(CORE_MHZ);
+        Clocks { source: Clock::External, core_hz, ticks_hz: 1_000_000 }
     }
 
     fn sample(&mut self, plan: &Plan<N>, words: &Words) -> Option<Blocks<'static, Slot<SLOT>>> {
@@ -89,51 +155,6 @@ impl Board<N, SLOT> for Pico {
         self.iq = words.iq;
         self.guard = plan.settings.guard.into();
         converter::start(plan, words)
-    }
-
-    fn correct(&self, slot: &mut Slot<SLOT>) {
-        if !self.corrects {
-            return;
-        }
-        // Two real samples share a word, and so do both samples of a pair.
-        let block = slot.memory().get_mut(self.guard / 2..).unwrap_or_default();
-        let halves = block.as_chunks_mut::<{ N / 2 }>().0;
-        halves.iter_mut().take(if self.iq { 2 } else { 1 }).for_each(correct);
-    }
-
-    fn widen(&self, measurement: &mut Measurement) {
-        widths::widen(measurement, self.corrects, self.iq);
-    }
-
-    fn counters(&self) -> Counters {
-        converter::counters()
-    }
-
-    fn clock(&self) -> Clock {
-        Clock::External
-    }
-
-    fn core_hz(&self) -> u32 {
-        1_000_000 * u32::from(CORE_MHZ)
-    }
-
-    fn ticks(&self) -> u32 {
-        start::ticks()
-    }
-
-    fn ticks_hz(&self) -> u32 {
-        1_000_000
-    }
-
-    fn has_room(&self, bytes: usize) -> bool {
-        self.serial.has_room(bytes)
-    }
-
-    fn send(&mut self, frame: &[u8]) -> bool {
-        let sent = self.serial.send(frame);
-        #[cfg(feature = "usb")]
-        let sent = super::usb::send(frame) && sent;
-        sent
     }
 
     fn receive(&mut self) -> Option<u8> {
@@ -144,28 +165,8 @@ impl Board<N, SLOT> for Pico {
         self.serial.flush();
     }
 
-    fn pause(&mut self) {
-        converter::pause();
-    }
-
-    fn resume(&mut self) {
-        converter::resume();
-    }
-
-    fn gate_opened(&mut self) -> bool {
-        converter::gate_opened()
-    }
-
-    fn stalled(&mut self) -> bool {
-        self.serial.stalled()
-    }
-
     fn sleep(&mut self, blocks: Option<&Blocks<'static, Slot<SLOT>>>) {
         converter::sleep(blocks);
-    }
-
-    fn feed(&mut self) {
-        start::feed();
     }
 
     fn program() -> u32 {

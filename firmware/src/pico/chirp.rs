@@ -15,6 +15,22 @@ const RAMP: usize = 7;
 /// The levels' address, which a channel reads at the end of each chirp.
 static FIRST: AtomicU32 = AtomicU32::new(0);
 
+/// Sets a slice, which then stands at its start.
+fn set(slice: usize, count: Count, level: u32) {
+    let slice = pwm().ch(slice);
+    slice.csr().reset();
+    put!(slice.div(), count.divider);
+    put!(slice.top(), count.top);
+    slice.ctr().reset();
+    put!(slice.cc(), level);
+}
+
+/// Plays equal pulses in the chirp's place, again and again; at a level above the count the output is high.
+pub fn pulses(count: Count, level: u32) {
+    set(RAMP, count, level);
+    pwm().ch(RAMP).csr().write(|w| w.en().set_bit());
+}
+
 /// A chirp that can be played.
 pub struct Chirp {
     levels: &'static [u16],
@@ -51,12 +67,7 @@ impl Chirp {
         let before = self.levels.len().saturating_sub(2);
         let first = self.levels.get(before).copied().unwrap_or(0);
         for (slice, (count, level)) in [(SYNC, sync), (RAMP, (self.count, first.into()))] {
-            let slice = pwm().ch(slice);
-            slice.csr().reset();
-            put!(slice.div(), count.divider);
-            put!(slice.top(), count.top);
-            slice.ctr().reset();
-            put!(slice.cc(), level);
+            set(slice, count, level);
         }
         let (played, rewound) = (dma().ch(PLAYED), dma().ch(REWOUND));
         // Requests of an earlier chirp.

@@ -112,6 +112,8 @@ impl Serial {
     pub fn flush(&mut self) {
         // The ring alone takes 23 ms. The port is busy until the last bit is out.
         let _ = within(100, || unsent() == 0 && uart().uartfr().read().busy().bit_is_clear());
+        #[cfg(feature = "usb")]
+        super::usb::flush();
     }
 }
 
@@ -158,6 +160,14 @@ pub extern "C" fn sent() {
 /// Whether a byte from a host can be taken. The loop must not sleep then.
 pub fn waiting() -> bool {
     inbox(|inbox| inbox.due()) == Some(true)
+}
+
+/// Whether a program has the port over USB open.
+pub fn usb_open() -> bool {
+    #[cfg(feature = "usb")]
+    return super::usb::open();
+    #[cfg(not(feature = "usb"))]
+    false
 }
 
 /// Takes bytes of the host at USB.

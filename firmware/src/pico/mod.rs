@@ -34,6 +34,8 @@ mod pulse;
 #[cfg(all(target_os = "none", feature = "pico"))]
 pub mod registers;
 #[cfg(all(target_os = "none", feature = "pico"))]
+mod self_test;
+#[cfg(all(target_os = "none", feature = "pico"))]
 pub mod start;
 #[cfg(all(target_os = "none", feature = "pico"))]
 pub mod storage;

@@ -8,7 +8,7 @@
 
 use super::line;
 use super::registers::{enable, usb};
-use super::start::ticks;
+use super::start::{ticks, within};
 use core::cell::RefCell;
 use cortex_m::interrupt::{Mutex, free};
 use rp2040_hal::clocks::UsbClock;
@@ -138,6 +138,21 @@ fn with<T>(work: impl FnOnce(&mut Port) -> T) -> Option<T> {
 /// Sends a frame whole and returns true, or drops it and returns false.
 pub fn send(frame: &[u8]) -> bool {
     with(|port| port.send(frame)).unwrap_or(true)
+}
+
+/// Whether a program has the port open.
+pub fn open() -> bool {
+    with(|port| port.open).unwrap_or(false)
+}
+
+/// Waits, within bounded time, until the host has what was sent, or is gone. Called before a reset.
+pub fn flush() {
+    let waits = || with(|port| port.open && port.written != port.sent).unwrap_or(false);
+    if open() {
+        let _ = within(100, || !waits());
+        // The last packets lie in the controller until the host asks for them, a frame of the bus for each.
+        let _ = within(3, || false);
+    }
 }
 
 /// Handles the interrupt of the bus.

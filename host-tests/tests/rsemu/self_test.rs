@@ -22,7 +22,9 @@ pub fn line(board: &mut Emulated, word: &str) -> String {
         board.run(20_000);
         let text = String::from_utf8_lossy(&board.sent).into_owned();
         let whole = text.rsplit_once('\n').map_or("", |(whole, _)| whole);
-        if let Some(line) = whole.lines().find(|line| line.contains(word)) {
+        if let Some(line) =
+            whole.lines().find(|line| line.contains(word) && line.starts_with("- ["))
+        {
             return line.trim().into();
         }
     }

@@ -268,6 +268,7 @@ pub fn inputs() -> PathBuf {
     write("good-iq.i16", &bytes_of(&iq));
     write("two-channels.wav", &wav(2, &iq));
     write("cube.npy", &cube());
+    write("picket-pico.uf2", &picket_host::pico::flash::uf2(&[0x5A; 1000]));
     write("swing-iq.i16", &swing());
     let lines: String = real.iter().take(20_000).map(|sample| format!("{sample}\n")).collect();
     write("good-column.csv", lines.as_bytes());

@@ -27,7 +27,8 @@ pub struct Options {
     /// Duration of the checks, in seconds of the board
     #[arg(long, value_name = "SECONDS", default_value_t = 4, value_parser = clap::value_parser!(u32).range(2..=600))]
     seconds: u32,
-    /// Has a NUCLEO try itself afterwards, with one wire from A2 to A0: clocks, noise, five rates, the chirp, saved settings, watchdog
+    /// Has the board try itself afterwards, with one wire, on a NUCLEO from A2 to A0, on a Pico from GP14 to GP26: clocks, noise, five rates,
+    /// the chirp, saved settings, watchdog
     #[arg(long)]
     self_test: bool,
     /// With --self-test: watches each rate for a moment instead of ten seconds

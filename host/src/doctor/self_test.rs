@@ -1,4 +1,4 @@
-//! The list that a board goes through by itself, with one wire from A2 to A0.
+//! The list that a board goes through by itself, with one wire from an output to an input.
 
 use crate::cli::print_line;
 use crate::device::{Listener, Said};
@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 const PATIENCE: Duration = Duration::from_secs(25);
 /// After this the order is given again.
 const AGAIN: Duration = Duration::from_secs(1);
+const ORDER: Request = Request { tag: 0x5E, command: Command::SelfTest };
 
 /// Has the board try itself, and prints its list. Returns the lines, and whether every item held; of a board that says nothing more an error.
 pub fn listen(
@@ -24,7 +25,7 @@ pub fn listen(
     let mut listener = Listener::default();
     let mut text = Vec::new();
     let mut heard = Instant::now();
-    let request = Request { tag: 0x5E, command: Command::SelfTest };
+    let request = ORDER;
     let mut asked: Option<Instant> = None;
     let patience = PATIENCE * if emulated { 10 } else { 1 };
     while end::asked().is_none() && list.held.is_none() {
@@ -57,8 +58,9 @@ pub fn listen(
         text.extend(bytes);
         while let Some(length) = text.iter().position(|byte| *byte == b'\n') {
             let line: Vec<u8> = text.drain(..=length).collect();
-            if list.line(String::from_utf8_lossy(&line).trim()) && quick {
-                source.send(b"q");
+            if list.line(&String::from_utf8_lossy(&line)) && quick {
+                // A zero ends what a board with two ports passes on.
+                source.send(b"q\0");
             }
         }
     }
@@ -80,6 +82,8 @@ struct List {
 impl List {
     /// Prints a line from the list's beginning on. True at the beginning.
     fn line(&mut self, line: &str) -> bool {
+        // A port over USB that opens anew sends a zero.
+        let line = line.trim_matches(|letter: char| letter == '\0' || letter.is_whitespace());
         // What the instrument said before has no end of a line.
         let head = line.find("picket self-test");
         let line = head.map_or(line, |at| &line[at..]);
@@ -102,11 +106,19 @@ impl List {
 mod tests {
     use super::*;
 
+    /// A board that has begun takes the order, given once more, for nothing.
+    #[test]
+    fn the_order_does_not_shorten_the_list() {
+        assert!(!ORDER.to_frame().contains(&b'q'));
+    }
+
     #[test]
     fn a_list_holds_if_each_item_does() {
         let head = "\u{fffd}picket self-test 0.1.0 on nucleo-f446re, program 0000abcd, started by software";
         for (program, item, held) in [
             (0xABCD, "- [x] clock", true),
+            (0xABCD, "\0- [x] clock\r\n", true),
+            (0xABCD, "- once more: clock", true),
             (0xABCD, "- [ ] WRONG: clock", false),
             (0xABCE, "- [x] clock", false),
         ] {

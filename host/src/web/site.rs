@@ -11,7 +11,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// The files of the page beside its modules, and what they are.
-pub const FILES: [(&str, &str); 18] = [
+pub const FILES: [(&str, &str); 19] = [
     ("index.html", HTML),
     ("style.css", CSS),
     ("icon.svg", "image/svg+xml"),
@@ -27,6 +27,7 @@ pub const FILES: [(&str, &str); 18] = [
     ("save.js", SCRIPT),
     ("tones.js", SCRIPT),
     ("words.js", SCRIPT),
+    ("write.js", SCRIPT),
     ("vendor/uPlot.iife.min.js", SCRIPT),
     ("vendor/uPlot.min.css", CSS),
     ("vendor/uPlot-LICENSE", TEXT),

@@ -9,6 +9,7 @@ use crate::emulator::RunError;
 use picket_dsp::acquire::frontend::Counters;
 use picket_dsp::acquire::sample::Real;
 use picket_dsp::pipeline::Pipeline;
+use picket_firmware::instrument::bounds::Saves;
 use picket_firmware::instrument::plan::Plan;
 use picket_firmware::nucleo_f446re::words::Words;
 use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
@@ -36,6 +37,8 @@ struct Life {
     expected: Counters,
     /// What the counters stood at when they were set to 0.
     zero: Counters,
+    /// The saves since the power came, which restarts do not forget.
+    saves: Saves,
     tally: Tally,
 }
 
@@ -54,10 +57,10 @@ pub fn live(seed: u64, number: u64) -> Result<Tally, String> {
     let (plan, _) = planned.map_err(|error| format!("{error:?}"))?;
     let terms = picket_dsp::Plan::from_terms(*plan.plan).map_err(|error| error.to_string())?;
     let (expected, zero) = (Counters::default(), Counters::default());
-    let tally = Tally { lives: 1, ..Tally::default() };
+    let (saves, tally) = (Saves::default(), Tally { lives: 1, ..Tally::default() });
     let pipeline = Box::new(Pipeline::new(terms));
     let mut life =
-        Life { rng, board, plan, pipeline, number: 0, gap: false, expected, zero, tally };
+        Life { rng, board, plan, pipeline, number: 0, gap: false, expected, zero, saves, tally };
     life.boot()?;
     for _ in 0..ROUNDS {
         life.round()?;
@@ -137,6 +140,10 @@ impl Life {
             }
             20 => {
                 let answer = self.board.request(Command::Save).map_err(told)?;
+                // A life is shorter than the ten minutes that permit one more.
+                if !self.saves.permit() {
+                    return same("the answer to one save more", answer, Err(Refusal::Often));
+                }
                 // This emulator has no flash controller. The samples stop all the same, for a block.
                 same("the answer to a save", answer, Err(Refusal::Flash))?;
                 self.tally.fault(Fault::Pause);

@@ -1,6 +1,6 @@
 //! A tone on the DAC, in step with the samples: its frequency in cycles per sample is exact.
 
-use crate::nucleo_f446re::chirp;
+use super::chirp;
 
 /// Samples for which the DAC holds a code.
 pub const HOLD: usize = 2;
