@@ -242,13 +242,13 @@ fn instructions_of_a_block() {
         1.0,
         &[found, found_iq].concat(),
     );
-    // By the cycles that an instruction takes on the emulated core without wait states, and those of a record. A short search finds nine
-    // tenths of the most that any search has found.
+    // By the cycles that an instruction takes on the emulated core without wait states, and those of a record. A short search finds four
+    // fifths of the most that any search has found.
     for (found, most) in [found, found_iq].iter().zip(WORST_CYCLES) {
         for (instructions, most) in found.iter().zip(most) {
             let cycles = 1.64 * instructions + 37e3;
             println!("{cycles} cycles of {most}");
-            assert!((0.9..=1.0).contains(&(cycles / most as f64)), "{cycles} of {most}");
+            assert!((0.8..=1.0).contains(&(cycles / most as f64)), "{cycles} of {most}");
         }
     }
 }
@@ -317,7 +317,7 @@ fn worst_block<R: Record>(rounds: u8) -> u64 {
         Ok(counts.collect())
     };
     let generations = if std::env::var_os("PICKET_LONG").is_some() { 60 } else { 12 };
-    let Ok(found) = worst::breed::<R, _>(N, worst::SEED, generations, count);
+    let Ok(found) = worst::breed::<R, _>(N, Codes::signed::<12>(), worst::SEED, generations, count);
     let found = found.into_iter().flatten().max_by_key(|worst| worst.instructions).unwrap();
     println!("{rounds}: {} instructions by {}", found.instructions, found.signal);
     found.instructions

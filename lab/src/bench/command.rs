@@ -10,7 +10,7 @@ use crate::toolchain::{Need, ToolError, have};
 use crate::{cli, progress};
 use clap::Args;
 use picket_dsp::tone::fit::Reach;
-use picket_dsp::{Effort, Iq, Real};
+use picket_dsp::{Codes, Effort, Iq, Real};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -49,6 +49,9 @@ pub struct Options {
     /// Searches I/Q records
     #[arg(long, requires = "search")]
     iq: bool,
+    /// Searches records of codes of 16 bits instead of 12
+    #[arg(long, requires = "search")]
+    wide: bool,
     /// Counts a block of the tracker instead, N = 1024: measured where its tone is expected, and searched whole
     #[arg(long, conflicts_with_all = ["n", "k", "effort", "plot", "search", "seed"])]
     locked: bool,
@@ -106,7 +109,7 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
         16 => Reach::Sixteen,
         k => return Err(format!("K = {k}: choose 4, 8 or 16")),
     };
-    let how = How { reach, effort: options.effort };
+    let how = How { reach, effort: options.effort, ..How::default() };
     let engines = options.engine.iter().map(|name| {
         let engine = ENGINES.iter().find(|engine| engine.name.ends_with(name.as_str()));
         engine.ok_or_else(|| format!("there is no engine {name}: choose of i32, f32"))
@@ -191,6 +194,8 @@ fn search(
     how: How,
 ) -> Result<[Option<u64>; 2], String> {
     let (seed, generations) = (options.seed, options.search);
+    let codes = if options.wide { Codes::signed::<16>() } else { how.codes };
+    let how = How { codes, ..how };
     let found = if options.iq {
         bench::worst::search::<Iq>(core, image, n, how, seed, generations)
     } else {

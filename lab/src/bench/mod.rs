@@ -191,17 +191,25 @@ pub fn count(
 }
 
 /// How a measurement is made, beside what the core says.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct How {
     /// The bins that least squares reads.
     pub reach: Reach,
     /// How closely a line that is no steady tone is looked at.
     pub effort: Effort,
+    /// The converter's codes.
+    pub codes: Codes,
 }
 
-fn config(core: &Core, How { reach, effort }: How) -> Config {
+impl Default for How {
+    fn default() -> Self {
+        Self { reach: Reach::default(), effort: Effort::default(), codes: Codes::signed::<12>() }
+    }
+}
+
+fn config(core: &Core, How { reach, effort, codes }: How) -> Config {
     let arithmetic = if core.has_fpu() { Arithmetic::Float } else { Arithmetic::Fixed };
-    Config { reach, arithmetic, effort, ..Config::new(1.0, Codes::signed::<12>()) }
+    Config { reach, arithmetic, effort, ..Config::new(1.0, codes) }
 }
 
 /// How many instructions a stage takes at most where only these bins of a record of `n` samples are searched. The tone is at a tenth of them all.

@@ -151,6 +151,7 @@ fn ceilings(_: &Table) -> Lines {
         ("M4F, N = 64", "M4F/real/64"),
         ("M4F, 256", "M4F/real/256"),
         ("M4F, 1024", "M4F/real/1024"),
+        ("M4F, 64, I/Q", "M4F/iq/64"),
         ("M4F, 1024, I/Q", "M4F/iq/1024"),
         ("M4F, 4096", "M4F/real/4096"),
         ("M3, 1024", "M3/real/1024"),

@@ -123,7 +123,7 @@ pub const BLOCK_CYCLES: [u64; 2] = [102_000, 212_000];
 /// The largest number of cycles known for a block with 0, 1, 2 and 3 rounds, real and I/Q: the instructions of the worst block that any
 /// search over signals found so far (host-tests, `nucleo::instructions`), 1.64 cycles each, and 37,000 for its record.
 pub const WORST_CYCLES: [[u64; 4]; 2] =
-    [[137_000, 740_000, 1_270_000, 1_580_000], [313_000, 890_000, 1_260_000, 1_670_000]];
+    [[186_000, 875_000, 1_370_000, 1_820_000], [347_000, 970_000, 1_450_000, 1_865_000]];
 
 #[cfg(test)]
 mod tests {

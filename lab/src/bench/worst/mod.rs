@@ -48,19 +48,20 @@ pub fn search<R: Record>(
     generations: usize,
 ) -> Result<[Option<Worst>; 2], RunError> {
     let count = |records: &[Vec<R::Sample>]| measurements::<R>(core, image, n, how, records);
-    let mut worst = breed::<R, _>(n, seed, generations, count)?;
+    let mut worst = breed::<R, _>(n, how.codes, seed, generations, count)?;
     for Worst { cycles, signal, .. } in worst.iter_mut().flatten() {
-        *cycles = model::measurement::<R>(core, image, n, how, &signal.record::<R>(n))?;
+        *cycles = model::measurement::<R>(core, image, n, how, &signal.record::<R>(n, how.codes))?;
     }
     Ok(worst)
 }
 
-/// Breeds signals for this many generations from those whose records of `n` samples take the most; `count` says what each record takes.
+/// Breeds signals for this many generations from those whose records of `n` samples of these codes take the most; `count` says what each record takes.
 ///
 /// # Errors
 /// The errors of `count`.
 pub fn breed<R: Record, E>(
     n: usize,
+    codes: Codes,
     seed: u64,
     generations: usize,
     mut count: impl FnMut(&[Vec<R::Sample>]) -> Result<Vec<u64>, E>,
@@ -69,10 +70,10 @@ pub fn breed<R: Record, E>(
     let mut signals: Vec<Signal> = (0..SIGNALS).map(|_| Signal::random(&mut rng)).collect();
     let mut parents: [Vec<Worst>; 2] = Default::default();
     for _ in 0..generations {
-        let records: Vec<_> = signals.iter().map(|signal| signal.record::<R>(n)).collect();
+        let records: Vec<_> = signals.iter().map(|signal| signal.record::<R>(n, codes)).collect();
         let counts = count(&records)?;
         for ((signal, record), instructions) in signals.drain(..).zip(&records).zip(counts) {
-            let (low, high) = Codes::signed::<12>().rails();
+            let (low, high) = codes.rails();
             let clipped = R::pairs(record).iter().flatten().any(|x| [low, high].contains(x));
             let worst = Worst { instructions, cycles: None, signal };
             parents[usize::from(clipped)].push(worst);
