@@ -20,7 +20,16 @@ use std::time::{Duration, Instant};
 
 /// Runs `picket watch` on a board until it ends.
 fn watch(board: &mut Emulated, port: &mut TTYPort, name: &str, arguments: &[&str]) -> Output {
-    picket(board, port, &[&["watch", name], arguments].concat(), 60)
+    let begun = Instant::now();
+    loop {
+        let output = picket(board, port, &[&["watch", name], arguments].concat(), 60);
+        // On a busy machine the board's seconds are longer than the tool's, which asks for eight of its own.
+        let unanswered =
+            String::from_utf8_lossy(&output.stderr).contains("times without an answer");
+        if !unanswered || begun.elapsed() > Duration::from_secs(60) {
+            return output;
+        }
+    }
 }
 
 /// An emulated board.
