@@ -159,3 +159,34 @@ pub fn line_envelope(x: f32) -> [f32; P] {
     }
     values
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::f64::consts::PI;
+
+    /// Against the quotient that defines it, and its difference quotient.
+    #[test]
+    fn a_lines_column_is_the_kernel_and_its_slope() {
+        for (n, peak) in [(64, 20), (256, 100), (1024, 300)] {
+            let window = Window::new(n, true, peak, |_| Complex::new(0.0, 0.0));
+            let kernel = |x: f64| {
+                let n = n as f64;
+                if x.abs() < 1e-9 { 1.0 } else { (PI * x).sin() / (PI * x / n).sin() / n }
+            };
+            for offset in [-7.3, -0.5, -0.01, 0.0, 0.019, 0.021, 0.4, 5.5, 12.25] {
+                let mut columns = [[0.0; 2]; WIDTH];
+                line(&window, offset as f32, &mut columns);
+                for ([value, slope], i) in columns.into_iter().zip(Window::places()) {
+                    let x = offset - f64::from(i);
+                    let step = 1e-5;
+                    let rise = (kernel(x + step) - kernel(x - step)) / (2.0 * step);
+                    let off = [f64::from(value) - kernel(x), f64::from(slope) - rise];
+                    // The slope is a difference of floats near 1, over an offset of .02 and more.
+                    let [of_value, of_slope] = off.map(f64::abs);
+                    assert!(of_value < 2e-5 && of_slope < 3e-4, "{n} {offset} {i}: {off:?}");
+                }
+            }
+        }
+    }
+}

@@ -102,3 +102,20 @@ impl Window {
         -(REACH as i32)..=REACH as i32
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A real line stands between 0 Hz and half the rate, half a bin away from both; an I/Q line anywhere.
+    #[test]
+    fn a_line_is_within_the_spectrum() {
+        let window = |iq, peak| Window::new(64, iq, peak, |_| Complex::new(0.0, 0.0));
+        for (peak, offset, inside) in
+            [(30, 1.4, true), (30, 1.6, false), (2, -1.4, true), (2, -1.6, false)]
+        {
+            assert_eq!(window(false, peak).has(offset), inside, "{peak} {offset}");
+            assert!(window(true, peak).has(offset));
+        }
+    }
+}

@@ -217,6 +217,15 @@ mod tests {
     use super::*;
     use crate::tone::fit::Model;
 
+    /// The power of a difference falls with the sixth power of its distance.
+    #[test]
+    fn a_stronger_tone_reaches_farther() {
+        for (away, reach) in [(1.0f32, 8), (7.9, 8), (9.0, 10), (14.0, 15), (20.0, 22), (99.0, 32)]
+        {
+            assert_eq!(Leak::reach(away.powi(6), 1.0), reach, "{away}");
+        }
+    }
+
     /// Half the second differences of a line that is exactly on its bin: the whole line there, half of it beside, nothing else.
     #[test]
     fn a_tone_just_on_its_bin_leaks_into_that_alone() {
