@@ -120,6 +120,26 @@ mod tests {
         }
     }
 
+    /// Against the integral of Fisher's distribution, at one in a hundred.
+    #[test]
+    fn a_ratio_is_exceeded_as_often_as_is_said() {
+        for (free, noise) in [(2.0f64, 50.0f64), (5.0, 12.0), (16.0, 16.0), (31.0, 50.0)] {
+            let x = f64::from(super::ratio(2.326_348, free as f32, noise as f32));
+            let (a, b) = (0.5 * noise, 0.5 * free);
+            let log = libm::lgamma(a + b) - libm::lgamma(a) - libm::lgamma(b);
+            // The regularized beta function up to this number.
+            let end = noise / (noise + free * x);
+            let steps = 10_000;
+            let sum: f64 = (0..steps)
+                .map(|step| end * (f64::from(step) + 0.5) / f64::from(steps))
+                .map(|t| libm::exp(log + (a - 1.0) * libm::log(t) + (b - 1.0) * libm::log(1.0 - t)))
+                .sum();
+            let share = sum * end / f64::from(steps) / 0.01;
+            // The cube root of the ratio is only nearly normal.
+            assert!((0.975..1.005).contains(&share), "{free} {noise}: {share}");
+        }
+    }
+
     #[test]
     fn exponentials() {
         for x in [0.0, 1e-4, 0.02, 0.124, 0.126, 0.5, 1.0, 3.0, 20.0, 80.0] {
