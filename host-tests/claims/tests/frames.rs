@@ -63,6 +63,12 @@ impl Radar {
         [C / (2e6 * self.mhz), 2.0 * self.half_alias() / chirps as f64]
     }
 
+    /// A case that is told the unambiguous velocities.
+    fn told(&self, case: Case) -> Case {
+        let bound = 0.999 * self.half_alias();
+        case.told(|config: &mut Config| config.velocity_mps = Some((-bound, bound)))
+    }
+
     fn name(&self) -> String {
         format!(
             "{} GHz, {} MHz in {} us every {}",
@@ -102,8 +108,7 @@ fn one_target(
     scene.receiver.noise.rms = Some(deviation(amplitude, snr_db).into());
     let label = format!("{claim}: {} {n} x {chirps}, {}, {snr_db} dB", kind.name(), radar.name());
     let case = Case::new(label, scene, n).by(Path::Frame(chirps)).trials(24);
-    let bound = 0.999 * radar.half_alias();
-    let case = case.told(|config: &mut Config| config.velocity_mps = Some((-bound, bound)));
+    let case = radar.told(case);
     let case = case.at_most(0.002, Event::Off(5.0)).at_least(0.98, Event::Good);
     let case = case.square(0.72, 1.33).asks(Asked::Square { quantity: 1, least: 0.72, most: 1.33 });
     let case = case.asks(Asked::OverBound { quantity: 0, most: 1.1 });
@@ -191,12 +196,7 @@ fn an_accelerating_target_is_right() {
                         radar.name()
                     );
                     let case = Case::new(label, scene, n).by(Path::Frame(chirps)).trials(24);
-                    let bound = 0.999 * radar.half_alias();
-                    rows.push(
-                        case.told(|config: &mut Config| {
-                            config.velocity_mps = Some((-bound, bound))
-                        }),
-                    );
+                    rows.push(radar.told(case));
                 }
             }
         }
@@ -261,12 +261,7 @@ fn what_a_louder_target_makes_is_no_target() {
                         radar.name()
                     );
                     let case = Case::new(label, scene, n).by(Path::Frame(chirps)).trials(24);
-                    let bound = 0.999 * radar.half_alias();
-                    rows.push(
-                        case.told(|config: &mut Config| {
-                            config.velocity_mps = Some((-bound, bound))
-                        }),
-                    );
+                    rows.push(radar.told(case));
                 }
             }
         }
@@ -307,10 +302,7 @@ fn targets_at_rest_are_not_what_others_make() {
                 let label =
                     format!("targets at rest: {}, {}, {snr_db} dB", kind.name(), radar.name());
                 let case = Case::new(label, scene, n).by(Path::Frame(chirps)).trials(24);
-                let bound = 0.999 * radar.half_alias();
-                rows.push(
-                    case.told(|config: &mut Config| config.velocity_mps = Some((-bound, bound))),
-                );
+                rows.push(radar.told(case));
             }
         }
     }
@@ -354,9 +346,7 @@ fn several_targets_of_a_frame_are_found() {
                         radar.name()
                     );
                     let case = Case::new(label, scene, n).by(Path::Frame(chirps)).trials(12);
-                    let bound = 0.999 * radar.half_alias();
-                    let case = case
-                        .told(|config: &mut Config| config.velocity_mps = Some((-bound, bound)));
+                    let case = radar.told(case);
                     rows.push(
                         case.at_least(0.97, Event::RightNumber).at_most(0.01, Event::Wrong(5.0)),
                     );
@@ -411,9 +401,7 @@ fn targets_beside_a_background_are_right() {
                     turns.1
                 );
                 let case = Case::new(label, scene, n).by(Path::FrameBeside(chirps)).trials(30);
-                let bound = 0.999 * radar.half_alias();
-                let case =
-                    case.told(|config: &mut Config| config.velocity_mps = Some((-bound, bound)));
+                let case = radar.told(case);
                 rows.push(case.at_least(0.98, Event::Good).at_most(0.002, Event::Off(5.0)));
             }
         }
